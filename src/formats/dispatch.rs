@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use nearmiss_scene::scenario::Scenario;
 
 use super::commonroad::{self, ReadError, beginning_of_file};
-use super::recordings::{self, LongRecording};
+use super::recordings::{self, LongRecording, RankedMoment, WindowList};
 use super::unread::{self, Unread};
 
 /// The scenarios in a file.
@@ -19,10 +19,15 @@ pub(super) enum Parts {
     Named(Vec<String>),
     /// A recording of minutes, of which windows are.
     Long(Box<LongRecording>),
+    /// One that is larger than memory, a stretch after the other.
+    Stretches(Stretches),
 }
 
-/// Which windows of a long recording are listed, and in which order.
-pub type Ranking<'a> = &'a (dyn Fn(&LongRecording) -> Vec<String> + Sync);
+/// Gives the next stretch of a recording.
+pub(super) type Stretches = Box<dyn Iterator<Item = Result<LongRecording, ReadError>>>;
+
+/// Around which moments of a long recording windows are listed.
+pub type Ranking<'a> = &'a (dyn Fn(&LongRecording) -> Vec<RankedMoment> + Sync);
 
 /// A format of scenarios.
 pub(super) trait Format: Sync {
@@ -149,13 +154,26 @@ pub(super) fn scenarios_in(path: &Path, ranking: Ranking<'_>) -> Result<Vec<Path
     let names = match format_of(path).parts(path)? {
         Parts::One => return whole(),
         Parts::Named(names) => names,
-        Parts::Long(recording) => ranking(&recording),
+        Parts::Long(recording) => windows(std::iter::once(Ok(*recording)), ranking)?,
+        Parts::Stretches(all) => windows(all, ranking)?,
     };
     if names.is_empty() {
         return whole();
     }
     let path = |part: &String| Address::path(&address.file, part);
     Ok(names.iter().map(path).collect())
+}
+
+fn windows(
+    stretches: impl Iterator<Item = Result<LongRecording, ReadError>>,
+    ranking: Ranking<'_>,
+) -> Result<Vec<String>, ReadError> {
+    let mut list = WindowList::default();
+    for stretch in stretches {
+        let recording = stretch?;
+        list.add(&recording, &ranking(&recording));
+    }
+    Ok(list.addresses())
 }
 
 /// The path of the scenario in a file that could have several and has one; any other path stays as it is, also of what

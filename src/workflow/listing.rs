@@ -10,7 +10,7 @@ use std::sync::Arc;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats as formats;
 use nearmiss_formats::{
-    EgoSelection, Entry, LibraryError, LongRecording, PassedOver, SearchResults,
+    EgoSelection, Entry, LibraryError, LongRecording, PassedOver, RankedMoment, SearchResults,
 };
 use nearmiss_scene::corpus::{
     CellWindows, Columns, CorpusIndex, IndexError, Part, RowCell, WINDOW_INTEGERS, WindowEgo,
@@ -51,14 +51,19 @@ pub fn find_in_pieces(
 
 /// The windows of a long recording that are listed. They are the same for all users: their own thresholds grade windows
 /// that are open, and do not change what can be named.
-fn worst_windows(recording: &LongRecording) -> Vec<String> {
+fn worst_windows(recording: &LongRecording) -> Vec<RankedMoment> {
     let moments = worst_moments(
         &recording.scenario,
         &recording.egos(),
         INDEX_RADIUS,
         Thresholds::shipped(),
     );
-    let windows = recording.windows(moments.iter().map(|m| (m.ego, m.moment.step)));
+    let ranked = moments.iter().map(|m| RankedMoment {
+        track: m.ego,
+        step: m.moment.step,
+        rank: m.moment.rank(),
+    });
+    let windows: Vec<RankedMoment> = ranked.collect();
     if windows.is_empty() {
         recording.beginnings()
     } else {

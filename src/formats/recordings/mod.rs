@@ -39,7 +39,8 @@ pub use tracks::{
     Columns, ColumnsError, Forecast, NamedTable, TableOptions, read_forecasts, read_tables_with,
 };
 pub(super) use waymo::Waymo;
-pub use windows::LongRecording;
+pub(super) use windows::WindowList;
+pub use windows::{LongRecording, RankedMoment};
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -2,6 +2,7 @@
 //!
 //! Which of them are worth looking at is measured by those who list them: this module knows no measures.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
@@ -9,7 +10,7 @@ use std::sync::Arc;
 
 use super::Report;
 use crate::commonroad::ReadError;
-use nearmiss_scene::scenario::Scenario;
+use nearmiss_scene::scenario::{Obstacle, Scenario};
 
 /// Length of a window, seconds.
 pub const LENGTH: f64 = 10.0;
@@ -132,38 +133,81 @@ impl LongRecording {
         self.start + step as f64 * self.scenario.dt()
     }
 
-    /// The addresses around the worst moments of tracks, in their order; of those of the same name, a moment that is in a
-    /// window before it has none of its own.
-    #[must_use]
-    pub fn windows(&self, moments: impl IntoIterator<Item = (i64, i64)>) -> Vec<String> {
-        let mut taken: HashMap<&str, Vec<f64>> = HashMap::new();
-        let mut windows = Vec::new();
-        for (track, worst) in moments {
-            let Some((name, start)) = self.beginning(track, worst) else {
-                continue;
-            };
-            let at = self.seconds(worst);
-            let before = taken.entry(name).or_default();
-            if before
-                .iter()
-                .any(|start| (*start..=start + LENGTH).contains(&at))
-            {
-                continue;
-            }
-            before.push(start);
-            windows.push(format!("track={name}@{start:.1}s"));
-            if windows.len() == MAX_LISTED {
-                break;
-            }
-        }
-        windows
-    }
-
     /// The beginnings of its tracks, in their order, which says nothing about what happens in them.
     #[must_use]
-    pub fn beginnings(&self) -> Vec<String> {
+    pub fn beginnings(&self) -> Vec<RankedMoment> {
         let tracks = self.scenario.obstacles.iter();
-        self.windows(tracks.map(|track| (track.id, track.track().steps().start)))
+        let moment = |track: &Obstacle| RankedMoment {
+            track: track.id,
+            step: track.track().steps().start,
+            rank: (0, 0.0),
+        };
+        tracks.map(moment).collect()
+    }
+}
+
+/// A moment of a track that a window may be around.
+#[derive(Debug, Clone, Copy)]
+pub struct RankedMoment {
+    /// The track.
+    pub track: i64,
+    /// The step.
+    pub step: i64,
+    /// The less, the earlier its window is listed; those alike stay in their order.
+    pub rank: (u8, f64),
+}
+
+/// The windows of a recording that are listed, of all of its stretches.
+#[derive(Debug, Default)]
+pub struct WindowList(Vec<Candidate>);
+
+#[derive(Debug)]
+struct Candidate {
+    rank: (u8, f64),
+    track: String,
+    /// When the window begins, and when its moment is, seconds.
+    start: f64,
+    at: f64,
+}
+
+impl WindowList {
+    /// Adds the windows around moments of a stretch.
+    pub fn add(&mut self, stretch: &LongRecording, moments: &[RankedMoment]) {
+        for moment in moments {
+            if let Some((name, start)) = stretch.beginning(moment.track, moment.step) {
+                self.0.push(Candidate {
+                    rank: moment.rank,
+                    track: name.to_string(),
+                    start,
+                    at: stretch.seconds(moment.step),
+                });
+            }
+        }
+        self.reduce();
+    }
+
+    /// Leaves those that are listed: of a track, a moment that is in a window before it has none of its own.
+    fn reduce(&mut self) {
+        let by_rank = |a: &Candidate, b: &Candidate| -> Ordering {
+            (a.rank.0.cmp(&b.rank.0)).then(a.rank.1.total_cmp(&b.rank.1))
+        };
+        self.0.sort_by(by_rank);
+        let mut taken: HashMap<String, Vec<f64>> = HashMap::new();
+        self.0.retain(|one| {
+            let before = taken.entry(one.track.clone()).or_default();
+            let mut before_it = before.iter();
+            let is_new = !before_it.any(|start| (*start..=start + LENGTH).contains(&one.at));
+            before.extend(is_new.then_some(one.start));
+            is_new
+        });
+        self.0.truncate(MAX_LISTED);
+    }
+
+    /// Their addresses in the file.
+    #[must_use]
+    pub fn addresses(&self) -> Vec<String> {
+        let address = |one: &Candidate| format!("track={}@{:.1}s", one.track, one.start);
+        self.0.iter().map(address).collect()
     }
 }
 
@@ -190,13 +234,33 @@ mod tests {
         let steps = 0..(60.0 / dt) as i64 + 1;
         let recording = LongRecording::of_recorder(scenario, names, 5.0, steps);
         assert_eq!(recording.egos(), ids);
-        let at = |seconds: f64| (ids[0], ((seconds - 5.0) / dt).round() as i64);
+        let at = |seconds: f64| RankedMoment {
+            track: ids[0],
+            step: ((seconds - 5.0) / dt).round() as i64,
+            rank: (0, 0.0),
+        };
         // Seconds of the recording, the most dangerous first.
-        let windows = recording.windows([30.0, 31.0, 22.0, 6.0, 64.0].map(at));
-        let starts = ["23.0", "15.0", "5.0", "55.0"];
-        assert_eq!(windows, starts.map(|start| format!("track=ego@{start}s")));
-        let none = (i64::MAX, 0);
-        assert!(recording.windows([none]).is_empty());
+        let mut windows = WindowList::default();
+        windows.add(&recording, &[30.0, 31.0, 22.0, 6.0, 64.0].map(at));
+        let expected = ["23.0", "15.0", "5.0", "55.0"].map(|start| format!("track=ego@{start}s"));
+        assert_eq!(windows.addresses(), expected);
+        // Of a second stretch, what is worse comes first, and what is there already does not come twice.
+        let worse = |seconds| RankedMoment {
+            rank: (0, -1.0),
+            ..at(seconds)
+        };
+        windows.add(&recording, &[worse(31.0), worse(44.0)]);
+        assert_eq!(
+            windows.addresses()[..2],
+            ["track=ego@24.0s", "track=ego@37.0s"]
+        );
+        let none = RankedMoment {
+            track: i64::MAX,
+            ..at(6.0)
+        };
+        let mut empty = WindowList::default();
+        empty.add(&recording, &[none]);
+        assert!(empty.addresses().is_empty());
     }
 
     #[test]

@@ -14,7 +14,7 @@ use nearmiss_base::geometry::Point;
 use nearmiss_scene::scenario::{ObstacleType, Scenario};
 
 use super::assembly::{TrackState, kind_by_class, median, signed_speed};
-use super::tracks::table::{Recorded, Track};
+use super::tracks::table::{Decided, Recorded, Track};
 use super::tracks::{AboutTable, Table, cached};
 use super::{Leftovers, Report};
 use crate::commonroad::ReadError;
@@ -264,6 +264,7 @@ impl DataSet {
             time_step: TIME_STEP,
             plane: None,
             diagnostics: report.into_diagnostics(),
+            decided: Decided::default(),
         };
         let about = AboutTable {
             source: "nuScenes",

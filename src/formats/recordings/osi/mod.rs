@@ -19,7 +19,7 @@ use prost::Message;
 
 use super::assembly::{TrackState, default_size, in_words, kind_by_size, median, signed_speed};
 use super::rows::Steps;
-use super::tracks::table::{Recorded, Track};
+use super::tracks::table::{Decided, Recorded, Track};
 use super::tracks::{AboutTable, MapOfTable, Table, cached};
 use super::{Leftovers, Report, has_extension};
 use crate::commonroad::ReadError;
@@ -289,6 +289,7 @@ impl Seen {
             time_step: steps.time_step,
             plane: None,
             diagnostics: report.into_diagnostics(),
+            decided: Decided::default(),
         };
         let about = AboutTable {
             source: "ASAM OSI",

@@ -11,10 +11,10 @@ use arrow_cast::{CastOptions, cast_with_options};
 use arrow_schema::{DataType, Field, TimeUnit};
 use nearmiss_base::system;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
 use super::batch::{Batch, Values, Wanted};
-use super::text::BadCell;
+use super::text::{BadCell, unread};
 
 /// Rows that are taken at once.
 const ROWS: usize = 1 << 16;
@@ -80,30 +80,69 @@ impl Form {
         };
         match self {
             Self::Parquet => {
-                let reader = guarded(|| {
-                    let builder = parquet(path)?;
-                    let groups = builder.metadata().row_groups();
-                    if groups.iter().any(|g| g.total_byte_size() > LARGEST_GROUP) {
-                        let most = LARGEST_GROUP >> 30;
-                        return Err(format!("a row group of more than {most} GiB"));
-                    }
-                    let root = |wanted: &Wanted| {
-                        let first = wanted.name.split('.').next().unwrap_or_default();
-                        let fields = builder.schema().fields();
-                        let named = |name: &str| fields.iter().position(|f| f.name() == name);
-                        named(&wanted.name).or_else(|| named(first))
-                    };
-                    let roots: Vec<usize> = wanted.iter().filter_map(root).collect();
-                    let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
-                    let builder = builder.with_projection(mask).with_batch_size(ROWS);
-                    builder.build().map_err(|e| e.to_string())
-                });
-                all(reader.map_err(damaged)?, &mut each)
+                let reader = guarded(|| projected(parquet(path)?, wanted));
+                all(reader.map_err(unread)?, &mut each)
             }
-            Self::ArrowFile => all(guarded(|| arrow_file(path)).map_err(damaged)?, &mut each),
-            Self::ArrowStream => all(guarded(|| arrow_stream(path)).map_err(damaged)?, &mut each),
+            Self::ArrowFile => all(guarded(|| arrow_file(path)).map_err(unread)?, &mut each),
+            Self::ArrowStream => all(guarded(|| arrow_stream(path)).map_err(unread)?, &mut each),
         }
     }
+}
+
+/// The rows of each row group of a Parquet file.
+///
+/// # Errors
+/// The file is damaged.
+pub fn row_groups(path: &Path) -> Result<Vec<usize>, String> {
+    guarded(|| {
+        let file = parquet(path)?;
+        let groups = file.metadata().row_groups().iter();
+        Ok(groups
+            .map(|g| usize::try_from(g.num_rows()).unwrap_or(0))
+            .collect())
+    })
+}
+
+/// Reads the rows of one row group of a Parquet file, of which `first` is the first, from 1.
+///
+/// # Errors
+/// As [`Form::read`].
+pub fn read_group(
+    path: &Path,
+    group: usize,
+    first: usize,
+    wanted: &[Wanted],
+    take: &mut dyn FnMut(Batch) -> Result<(), BadCell>,
+) -> Result<(), BadCell> {
+    let reader = guarded(|| projected(parquet(path)?.with_row_groups(vec![group]), wanted));
+    let mut row = first;
+    all(reader.map_err(unread)?, &mut |rows: RecordBatch| {
+        let batch = batch(&rows, wanted, row)?;
+        row += rows.num_rows();
+        take(batch)
+    })
+}
+
+/// A reader of the wanted columns alone.
+fn projected(
+    builder: ParquetRecordBatchReaderBuilder<File>,
+    wanted: &[Wanted],
+) -> Result<ParquetRecordBatchReader, String> {
+    let groups = builder.metadata().row_groups();
+    if groups.iter().any(|g| g.total_byte_size() > LARGEST_GROUP) {
+        let most = LARGEST_GROUP >> 30;
+        return Err(format!("a row group of more than {most} GiB"));
+    }
+    let root = |wanted: &Wanted| {
+        let first = wanted.name.split('.').next().unwrap_or_default();
+        let fields = builder.schema().fields();
+        let named = |name: &str| fields.iter().position(|f| f.name() == name);
+        named(&wanted.name).or_else(|| named(first))
+    };
+    let roots: Vec<usize> = wanted.iter().filter_map(root).collect();
+    let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
+    let some = builder.with_projection(mask).with_batch_size(ROWS);
+    some.build().map_err(|e| e.to_string())
 }
 
 fn open(path: &Path) -> Result<File, String> {
@@ -130,21 +169,13 @@ fn guarded<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     system::crash::contained(read).unwrap_or_else(|| Err("the file is damaged".into()))
 }
 
-fn damaged(message: String) -> BadCell {
-    BadCell {
-        line: 0,
-        column: String::new(),
-        message,
-    }
-}
-
 fn all<E: std::fmt::Display>(
     mut reader: impl Iterator<Item = Result<RecordBatch, E>>,
     each: &mut dyn FnMut(RecordBatch) -> Result<(), BadCell>,
 ) -> Result<(), BadCell> {
     loop {
         let next = guarded(|| reader.next().transpose().map_err(|error| error.to_string()));
-        match next.map_err(damaged)? {
+        match next.map_err(unread)? {
             Some(rows) => each(rows)?,
             None => return Ok(()),
         }

@@ -608,6 +608,16 @@ impl Columns {
         self
     }
 
+    /// The role of the column that says when a row is, where there are `rate` frames a second.
+    pub fn clock(&self, rate: Option<f64>) -> Role {
+        let has = |role| self.of.contains_key(&role);
+        if has(Role::Time) && !(rate.is_some() && has(Role::Frame)) {
+            Role::Time
+        } else {
+            Role::Frame
+        }
+    }
+
     /// Whether these make tracks.
     pub fn is_enough(&self) -> bool {
         self.missing().is_empty()

@@ -55,10 +55,9 @@ pub fn read_forecasts(path: &Path) -> Result<(Vec<Forecast>, Vec<Diagnostic>), R
         return Err(report.fail(format!("a probability of {wrong}; expected 0 to 1")));
     }
     let said = Said {
-        is_known: false,
         // Times only say what comes after what: nobody has to say what counts them.
         rate: plan.rate.or(Some(1.0)),
-        kind: None,
+        ..Said::default()
     };
     let recorded = Recorded::new(rows, &plan.columns, said, report.file())?;
     if recorded.plane.is_some() {

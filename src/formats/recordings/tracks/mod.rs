@@ -10,6 +10,7 @@ mod columns;
 mod forecast;
 mod guess;
 mod known;
+mod large;
 mod motion;
 mod scenario;
 pub(super) mod table;
@@ -34,7 +35,8 @@ use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, HEAD, Parts};
 use columns::Role;
 use known::Known;
-use table::{Recorded, Rows, Said, Track};
+use large::Outline;
+use table::{Decided, Recorded, Rows, Said, Track};
 
 pub use arrow::Form as ColumnForm;
 pub use batch::Wanted;
@@ -85,6 +87,7 @@ fn options() -> &'static TableOptions {
 }
 
 /// How a table is packed and written.
+#[derive(Debug)]
 enum Written {
     Text(text::Layout, Packing),
     Columns(arrow::Form),
@@ -128,6 +131,7 @@ impl Packing {
 }
 
 /// How a table is to be read.
+#[derive(Debug)]
 struct Plan {
     written: Written,
     names: Vec<String>,
@@ -284,13 +288,49 @@ impl Plan {
             // Its rows are no rows of tracks.
             Written::Log(_) => Ok(()),
         };
-        read.map_err(|bad: BadCell| {
-            let column = match bad.column.as_str() {
-                "" => String::new(),
-                name => format!("column {name}"),
-            };
-            report.row(bad.line, column).fail(bad.message)
-        })
+        read.map_err(|bad| self.wrong(report, bad))
+    }
+
+    /// Words for a mistake in a cell.
+    fn wrong(&self, report: &Report, bad: BadCell) -> ReadError {
+        let column = match bad.column.as_str() {
+            "" => String::new(),
+            name => format!("column {name}"),
+        };
+        report.row(bad.line, column).fail(bad.message)
+    }
+
+    fn said(&self) -> Said {
+        Said {
+            rate: self.rate,
+            kind: self.known.and_then(|known| known.kind),
+            is_known: self.known.is_some(),
+            decided: None,
+        }
+    }
+
+    /// The table of tracks that were read so from a file.
+    fn table(
+        &self,
+        recorded: Recorded,
+        path: &Path,
+        hashed: HashedBeginning,
+        leftovers: Leftovers,
+    ) -> Table {
+        let about = AboutTable {
+            source: self.known.map_or(SOURCE, |known| known.source),
+            tags: self.known.map_or(&[], |known| known.tags),
+            how: format!("{} {:?}", self.columns, self.rate),
+            notes: vec![format!("columns are known by {}", self.by)],
+        };
+        let map = self.map.clone().or_else(|| self.known?.map?(path));
+        Table::with(
+            recorded,
+            about,
+            map.map(MapOfTable::File),
+            hashed,
+            leftovers,
+        )
     }
 }
 
@@ -333,12 +373,24 @@ const MAX_CACHED: usize = 96 << 20;
 
 static TABLES: FileCache<Table> = FileCache::new(MAX_CACHED);
 
+/// How a file is to be read.
+fn plan(path: &Path, report: &Report) -> Result<Plan, ReadError> {
+    let plan = Plan::of_file(path, options(), report, Role::is_of_recordings)?;
+    let plan = plan.ok_or_else(|| report.fail("no table of tracks"))?;
+    plan.check(report)?;
+    Ok(plan)
+}
+
+/// What is where in a table that is larger than memory; nothing of others.
+fn outline(path: &Path) -> Result<Option<Arc<Outline>>, ReadError> {
+    let report = Report::about(path.display().to_string());
+    large::outline(path, || plan(path, &report))
+}
+
 /// The data in a file.
 fn read(path: &Path) -> Result<Arc<Table>, ReadError> {
     let report = Report::about(path.display().to_string());
-    let plan = Plan::of_file(path, options(), &report, Role::is_of_recordings)?;
-    let plan = plan.ok_or_else(|| report.fail("no table of tracks"))?;
-    plan.check(&report)?;
+    let plan = plan(path, &report)?;
     let beside = plan.known.and_then(|known| known.beside?(path));
     let files: Vec<&Path> = std::iter::once(path).chain(beside.as_deref()).collect();
     cached(&files, || Table::read(plan, &files, options(), &report))
@@ -387,20 +439,9 @@ impl Table {
         for name in plan.names.iter().filter(|name| !used.contains(name)) {
             leftovers.add_times(&format!("column {name}"), rows.count(), || 1);
         }
-        let said = Said {
-            rate: plan.rate,
-            kind: plan.known.and_then(|known| known.kind),
-            is_known: plan.known.is_some(),
-        };
-        let recorded = Recorded::new(rows, &plan.columns, said, report.file())?;
-        let about = AboutTable {
-            source: plan.known.map_or(SOURCE, |known| known.source),
-            tags: plan.known.map_or(&[], |known| known.tags),
-            how: format!("{} {:?}", plan.columns, plan.rate),
-            notes: vec![format!("columns are known by {}", plan.by)],
-        };
-        let map = plan.map.or_else(|| plan.known?.map?(files[0]));
-        Self::new(recorded, about, map.map(MapOfTable::File), files, leftovers)
+        let recorded = Recorded::new(rows, &plan.columns, plan.said(), report.file())?;
+        let hashed = hashed(files, report)?;
+        Ok(plan.table(recorded, files[0], hashed, leftovers))
     }
 
     /// Tracks that were read from files; `leftovers` is what of these is not used.
@@ -415,16 +456,27 @@ impl Table {
         leftovers: Leftovers,
     ) -> Result<Self, ReadError> {
         let report = Report::about(files[0].display().to_string());
-        let ids = numbers(&recorded.tracks);
-        Ok(Self {
+        let hashed = hashed(files, &report)?;
+        // What the user says of every table is said of these, too.
+        let map = options().map.clone().map(MapOfTable::File).or(map);
+        Ok(Self::with(recorded, about, map, hashed, leftovers))
+    }
+
+    fn with(
+        recorded: Recorded,
+        about: AboutTable,
+        map: Option<MapOfTable>,
+        hashed: HashedBeginning,
+        leftovers: Leftovers,
+    ) -> Self {
+        Self {
+            ids: numbers(&recorded.tracks),
             recorded,
             about,
-            // What the user says of every table is said of these, too.
-            map: options().map.clone().map(MapOfTable::File).or(map),
-            hashed: hashed(files, &report)?,
+            map,
+            hashed,
             leftovers,
-            ids,
-        })
+        }
     }
 
     /// The scenarios in it.
@@ -444,7 +496,7 @@ impl Table {
             let names = scenarios.into_iter().map(str::to_string);
             return Ok(Parts::Named(names.collect()));
         }
-        if !self.is_long("") {
+        if !self.is_long(scenarios.first().copied().unwrap_or_default()) {
             return Ok(Parts::One);
         }
         let report = Report::about(path.display().to_string());
@@ -456,10 +508,7 @@ impl Table {
     /// # Errors
     /// There is none, or several.
     pub(super) fn open_at(&self, address: &Address) -> Result<Scenario, ReadError> {
-        let Address { file, part } = address;
-        let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
-        let report = Report::about(format!("{}{shown}", file.display()));
-        self.open(file, part.as_deref(), report)
+        self.open(&address.file, address.part.as_deref(), report_of(address))
     }
 }
 
@@ -508,6 +557,7 @@ impl Table {
             time_step: log.time_step,
             plane: None,
             diagnostics: said.into_diagnostics(),
+            decided: Decided::default(),
         };
         let about = AboutTable {
             source: plan.known.map_or(SOURCE, |known| known.source),
@@ -523,6 +573,12 @@ impl Table {
             leftovers,
         )
     }
+}
+
+fn report_of(address: &Address) -> Report {
+    let shown = address.part.as_ref();
+    let shown = shown.map_or_else(String::new, |part| format!("#{part}"));
+    Report::about(format!("{}{shown}", address.file.display()))
 }
 
 /// The source of scenarios from a table that no data set is known for.
@@ -575,10 +631,16 @@ impl Format for Tables {
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
-        read(path)?.parts(path)
+        match outline(path)? {
+            Some(outline) => Ok(outline.parts()),
+            None => read(path)?.parts(path),
+        }
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
-        read(&address.file)?.open_at(address)
+        match outline(&address.file)? {
+            Some(outline) => outline.open_at(address, report_of(address)),
+            None => read(&address.file)?.open_at(address),
+        }
     }
 }

@@ -38,6 +38,29 @@ pub struct Rows {
     commas: usize,
     /// Rows without a time, place or name, and the first one's line.
     incomplete: (usize, u32),
+    /// Which rows are taken; else all.
+    only: Option<Slice>,
+}
+
+/// Some rows of a table.
+#[derive(Debug, Clone)]
+pub struct Slice {
+    /// The column of times, and from when to when, in its unit.
+    pub clock: Role,
+    /// Both included.
+    pub times: (f64, f64),
+    /// The name of their scenario; else of any.
+    pub scenario: Option<String>,
+}
+
+impl Rows {
+    /// None yet, and none but those of `slice`.
+    pub fn only(slice: Slice) -> Self {
+        Self {
+            only: Some(slice),
+            ..Self::default()
+        }
+    }
 }
 
 /// A track as the table names it.
@@ -96,10 +119,25 @@ impl Rows {
             .collect();
         let (ids, scenarios) = (texts(Role::Id), texts(Role::Scenario));
         let (classes, egos, modes) = (texts(Role::Class), texts(Role::Ego), texts(Role::Mode));
+        let only = self.only.clone();
+        let is_wanted = |row: usize| -> bool {
+            let Some(only) = &only else {
+                return true;
+            };
+            let clock = numbers.iter().find(|(role, _)| *role == only.clock);
+            let time = clock.map_or(only.times.0, |(_, values)| values[row]);
+            let is_of = |name: &String| plain_number(text(scenarios, row)) == *name;
+            // A row without a time is told as such.
+            !(time < only.times.0 || time > only.times.1)
+                && only.scenario.as_ref().is_none_or(is_of)
+        };
         // Names of this batch are those of tracks that are known by number.
         let mut known: HashMap<[u32; 3], u32> = HashMap::new();
         let mut kept = Vec::with_capacity(batch.lines.len());
         for (row, line) in batch.lines.iter().enumerate() {
+            if !is_wanted(row) {
+                continue;
+            }
             let id = ids.map_or(0, |(places, _)| places[row]);
             let is_named = ids.is_none_or(|(_, texts)| !texts[id as usize].is_empty());
             if !is_named || needed.iter().any(|values| values[row].is_nan()) {
@@ -187,7 +225,7 @@ const NEEDED: [Role; 6] = [
 ];
 
 /// A whole number that was written as `12.0`, as pandas does where a column has gaps.
-fn plain_number(text: String) -> String {
+pub fn plain_number(text: String) -> String {
     match text.strip_suffix(".0") {
         Some(whole) if whole.parse::<i64>().is_ok() => whole.to_string(),
         _ => text,
@@ -214,6 +252,37 @@ pub struct Recorded {
     pub plane: Option<TransverseMercator>,
     /// What was found out and assumed, and what is odd.
     pub diagnostics: Vec<Diagnostic>,
+    /// Its units and conventions.
+    pub decided: Decided,
+}
+
+/// The units and conventions of a table, once they are known.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Decided {
+    /// What one of its times is, seconds.
+    time: f64,
+    /// What one of x, y, length and width is, metres.
+    lengths: [f64; 4],
+    /// What one of its speeds is, m/s.
+    speed: f64,
+    is_local: bool,
+    is_down: bool,
+    heading: Option<HeadingForm>,
+    /// How far before the middle places are, in lengths.
+    ahead: Option<f64>,
+    plane: Option<TransverseMercator>,
+}
+
+impl Decided {
+    /// A time of the table in seconds.
+    pub fn seconds(&self, written: f64) -> f64 {
+        written * self.time
+    }
+
+    /// Seconds in the table's unit.
+    pub fn written(&self, seconds: f64) -> f64 {
+        seconds / self.time
+    }
 }
 
 /// A track of a table.
@@ -259,6 +328,8 @@ pub struct Said {
     pub kind: Option<fn(&str) -> ObstacleType>,
     /// Whether a data set says all conventions: none is guessed.
     pub is_known: bool,
+    /// What was found out of another part of the table.
+    pub decided: Option<Decided>,
 }
 
 /// Pairs of rows that are looked at to find something out.
@@ -285,6 +356,11 @@ struct Work<'a> {
     is_local: bool,
     /// Whether the table's y grows downwards.
     is_down: bool,
+    /// What one of its times is, seconds, and one of x, y, length and width, metres.
+    time: f64,
+    lengths: [f64; 4],
+    /// How far before the middle places are, in lengths.
+    ahead: Option<f64>,
 }
 
 impl Recorded {
@@ -345,6 +421,9 @@ impl<'a> Work<'a> {
             speed: 1.0,
             is_local: false,
             is_down: columns.has(Convention::Down),
+            time: 1.0,
+            lengths: [1.0; 4],
+            ahead: None,
             rows,
             columns,
             said,
@@ -399,16 +478,19 @@ impl<'a> Work<'a> {
             // The plane is that of the place in whole hundredths of a degree, so that tables of a place have the same.
             let round = |v: f64| (v * 100.0).round() / 100.0;
             let (lat, lon) = (round(latitude[0]), round(longitude[0]));
-            let plane = TransverseMercator::around(lat, lon);
+            let known = self.said.decided.and_then(|decided| decided.plane);
+            let plane = known.unwrap_or_else(|| TransverseMercator::around(lat, lon));
             let each = latitude.iter().zip(longitude);
             let places = each.map(|(lat, lon)| {
                 let (east, north) = plane.forward(*lat, *lon);
                 Point::new(east, north)
             });
             let places = places.collect();
-            self.report.note(format!(
-                "places in degrees; x and y are metres east and north of {lat}, {lon}"
-            ));
+            if known.is_none() {
+                self.report.note(format!(
+                    "places in degrees; x and y are metres east and north of {lat}, {lon}"
+                ));
+            }
             self.plane = Some(plane);
             places
         } else {
@@ -463,17 +545,18 @@ impl<'a> Work<'a> {
 
     /// Times in seconds.
     fn read_times(&mut self) -> Result<(), ReadError> {
-        let by_rate = self.said.rate.is_some() && self.numbers(Role::Frame).is_some();
-        let role = match self.numbers(Role::Time) {
-            Some(_) if !by_rate => Role::Time,
-            _ => Role::Frame,
-        };
+        let role = self.columns.clock(self.said.rate);
         let Some(column) = self.numbers(role).cloned() else {
             return Err(self.report.fail("no column of time"));
         };
         let are_whole = column.iter().all(|v| v.fract() == 0.0);
         self.times = column;
         self.order_rows();
+        if let Some(decided) = self.said.decided {
+            self.time = decided.time;
+            self.times.iter_mut().for_each(|time| *time *= decided.time);
+            return Ok(());
+        }
         let named = self.factor(role).filter(|_| role == Role::Time);
         let pairs = self.pairs();
         let between = assembly::median(pairs.iter().map(|p| p.time).collect());
@@ -518,6 +601,7 @@ impl<'a> Work<'a> {
         };
         // Numbers near zero keep all their digits.
         self.times.iter_mut().for_each(|time| *time *= factor);
+        self.time = factor;
         Ok(())
     }
 
@@ -530,14 +614,21 @@ impl<'a> Work<'a> {
             .filter(|s| s.0 > 0.0 && s.1 > 0.0);
         let measured: Vec<(f64, f64)> = measured.collect();
         let said = |role| self.factor(role);
-        let is_said = [Role::X, Role::Y, Role::Length, Role::Width].map(said);
+        let is_said = match self.said.decided {
+            Some(decided) => decided.lengths.map(Some),
+            None => [Role::X, Role::Y, Role::Length, Role::Width].map(said),
+        };
         let found = is_said.iter().all(Option::is_none) && guess::are_feet(&measured);
         if found {
             self.report
                 .note("lengths are in feet: so vehicles are as wide as usual");
         }
         let usual = if found { FOOT } else { 1.0 };
-        let [x, y, length, width] = is_said.map(|factor| factor.unwrap_or(usual));
+        self.lengths = is_said.map(|factor| factor.unwrap_or(usual));
+        if let Some(decided) = self.said.decided {
+            self.is_down = decided.is_down;
+        }
+        let [x, y, length, width] = self.lengths;
         if self.plane.is_none() {
             // y points down in pictures.
             let y = if self.is_down { -y } else { y };
@@ -552,6 +643,10 @@ impl<'a> Work<'a> {
 
     /// Speeds in m/s.
     fn read_speeds(&mut self) {
+        if let Some(decided) = self.said.decided {
+            (self.speed, self.is_local) = (decided.speed, decided.is_local);
+            return;
+        }
         let given = [Role::Speed, Role::VelocityX].map(|role| self.numbers(role).is_some());
         let role = match given {
             [true, _] => Role::Speed,
@@ -612,6 +707,9 @@ impl<'a> Work<'a> {
     /// How headings are written; nothing where there are none.
     fn read_headings(&mut self) -> Option<HeadingForm> {
         self.numbers(Role::Heading)?;
+        if let Some(decided) = self.said.decided {
+            return decided.heading;
+        }
         let degrees = self.factor(Role::Heading).map(|factor| factor < 1.0);
         let says_north = self.columns.has(Convention::North);
         if self.said.is_known {
@@ -663,7 +761,9 @@ impl<'a> Work<'a> {
     fn move_to_middles(&mut self, form: Option<HeadingForm>) {
         let columns = self.columns;
         let is_corner = columns.has(Convention::Corner);
-        let ahead = if columns.has(Convention::Front) {
+        let ahead = if let Some(decided) = self.said.decided {
+            decided.ahead
+        } else if columns.has(Convention::Front) {
             Some(-0.5)
         } else if columns.has(Convention::RearAxle) {
             Some(REAR_AXLE)
@@ -677,6 +777,7 @@ impl<'a> Work<'a> {
         } else {
             None
         };
+        self.ahead = ahead;
         self.fill_sizes();
         if is_corner {
             for (row, track) in self.rows.track.iter().enumerate() {
@@ -833,8 +934,19 @@ impl<'a> Work<'a> {
         self.report.note_count(missing.1, |n| {
             format!("speeds from the motion, smoothed over up to 0.8 s: {n}")
         });
+        let decided = Decided {
+            time: self.time,
+            lengths: self.lengths,
+            speed: self.speed,
+            is_local: self.is_local,
+            is_down: self.is_down,
+            heading: form,
+            ahead: self.ahead,
+            plane: self.plane,
+        };
         Ok(Recorded {
             tracks,
+            decided,
             start: steps.0,
             time_step: steps.1,
             plane: self.plane,

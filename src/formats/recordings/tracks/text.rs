@@ -8,6 +8,14 @@ use serde_json::Value;
 use super::batch::{Batch, Values, Wanted};
 use crate::recordings::rows;
 
+/// A file that cannot be read.
+pub fn unread(message: String) -> BadCell {
+    BadCell {
+        message,
+        ..BadCell::default()
+    }
+}
+
 /// How a table is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
@@ -94,6 +102,44 @@ impl Layout {
         })
     }
 
+    /// Which times and scenarios are where in a table; `wanted` are its clock and, perhaps, the names of scenarios.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn pieces(
+        &self,
+        source: &mut dyn Read,
+        wanted: &[Wanted],
+        take: &mut dyn FnMut(Piece, &Batch),
+    ) -> Result<(), BadCell> {
+        let places = self.places(wanted);
+        self.blocks(source, &mut |some| {
+            let read = some.par_iter().map(|block| {
+                let rows = self.rows(block.line, &block.bytes, wanted, &places)?;
+                Ok((block.piece(), rows))
+            });
+            let read: Vec<Result<(Piece, Batch), BadCell>> = read.collect();
+            read.into_iter().try_for_each(|one| {
+                let (piece, rows) = one?;
+                take(piece, &rows);
+                Ok(())
+            })
+        })
+    }
+
+    /// The rows of a piece, from its bytes.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn piece(&self, piece: &Piece, bytes: &[u8], wanted: &[Wanted]) -> Result<Batch, BadCell> {
+        self.rows(piece.line, bytes, wanted, &self.places(wanted))
+    }
+
+    fn places(&self, wanted: &[Wanted]) -> Vec<Option<usize>> {
+        let place = |wanted: &Wanted| self.names.iter().position(|name| *name == wanted.name);
+        wanted.iter().map(place).collect()
+    }
+
     /// Reads all rows and gives those of a block at a time to `take`.
     ///
     /// # Errors
@@ -104,16 +150,29 @@ impl Layout {
         wanted: &[Wanted],
         take: &mut dyn FnMut(Batch) -> Result<(), BadCell>,
     ) -> Result<(), BadCell> {
+        let places = self.places(wanted);
+        self.blocks(source, &mut |some| {
+            let read: Vec<Result<Batch, BadCell>> = some
+                .par_iter()
+                .map(|block| self.rows(block.line, &block.bytes, wanted, &places))
+                .collect();
+            read.into_iter().try_for_each(|batch| take(batch?))
+        })
+    }
+
+    /// Gives the blocks of a table, as many at once as there are cores.
+    fn blocks(
+        &self,
+        source: &mut dyn Read,
+        take: &mut dyn FnMut(&[Block]) -> Result<(), BadCell>,
+    ) -> Result<(), BadCell> {
         let mut blocks = Blocks {
             source,
             rest: Vec::new(),
             line: 1,
+            at: 0,
             ended: false,
         };
-        let places: Vec<Option<usize>> = wanted
-            .iter()
-            .map(|wanted| self.names.iter().position(|name| *name == wanted.name))
-            .collect();
         let at_once = rayon::current_num_threads().max(1);
         loop {
             let mut some = Vec::with_capacity(at_once);
@@ -125,13 +184,7 @@ impl Layout {
             if some.is_empty() {
                 return Ok(());
             }
-            let read: Vec<Result<Batch, BadCell>> = some
-                .par_iter()
-                .map(|(first, block)| self.rows(*first, block, wanted, &places))
-                .collect();
-            for batch in read {
-                take(batch?)?;
-            }
+            take(&some)?;
         }
     }
 
@@ -240,19 +293,48 @@ fn needed(places: &[Option<usize>]) -> usize {
     places.iter().flatten().max().map_or(0, |last| last + 1)
 }
 
+/// Where whole lines of a table are.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece {
+    /// The first byte.
+    pub at: u64,
+    /// Bytes.
+    pub bytes: usize,
+    /// The number of the first line.
+    pub line: usize,
+}
+
+/// Whole lines.
+struct Block {
+    line: usize,
+    at: u64,
+    bytes: Vec<u8>,
+}
+
+impl Block {
+    fn piece(&self) -> Piece {
+        Piece {
+            at: self.at,
+            bytes: self.bytes.len(),
+            line: self.line,
+        }
+    }
+}
+
 /// Blocks of whole lines.
 struct Blocks<'r> {
     source: &'r mut dyn Read,
     /// The beginning of a line whose end has not been read.
     rest: Vec<u8>,
-    /// The number of its line.
+    /// The number of its line, and of its first byte.
     line: usize,
+    at: u64,
     ended: bool,
 }
 
 impl Blocks<'_> {
-    /// The next block, with the number of its first line; nothing at the end.
-    fn next(&mut self) -> Result<Option<(usize, Vec<u8>)>, BadCell> {
+    /// The next block; nothing at the end.
+    fn next(&mut self) -> Result<Option<Block>, BadCell> {
         let fail = |line, message: String| BadCell {
             line,
             column: String::new(),
@@ -290,12 +372,18 @@ impl Blocks<'_> {
             if block.is_empty() {
                 return Ok(None);
             }
-            let first = self.line;
+            let (line, mut at) = (self.line, self.at);
             self.line += block.iter().filter(|b| **b == b'\n').count();
-            if first == 1 && block.starts_with(b"\xef\xbb\xbf") {
+            self.at += block.len() as u64;
+            if line == 1 && block.starts_with(b"\xef\xbb\xbf") {
                 block.drain(..3);
+                at += 3;
             }
-            return Ok(Some((first, block)));
+            return Ok(Some(Block {
+                line,
+                at,
+                bytes: block,
+            }));
         }
         Ok(None)
     }

@@ -457,6 +457,12 @@ impl CriticalMoment {
         self.compare_across(other).then(self.step.cmp(&other.step))
     }
 
+    /// The number of its grade, and what orders it among those of the grade: the less, the more severe.
+    #[must_use]
+    pub fn rank(&self) -> (u8, f64) {
+        (self.grade as u8, self.order)
+    }
+
     /// By what it is ordered among those of its grade, and the unit of that; nothing of a region, which has no speed.
     #[must_use]
     pub fn measured(&self) -> Option<(f64, &'static str)> {
