@@ -83,7 +83,7 @@ pub fn program() -> clap::Command {
 
 /// What people do with the program, each with its commands.
 const GROUPS: &[(&str, &[&str])] = &[
-    ("Look", &["inspect", "render", "convert"]),
+    ("Look", &["inspect", "describe", "render", "convert"]),
     ("Measure", &["metrics", "corpus"]),
     ("Ask", &["ask", "prompt", "models"]),
     ("Evaluate", &["evaluate", "report", "runs", "tune"]),
@@ -95,7 +95,6 @@ const GROUPS: &[(&str, &[&str])] = &[
 /// Commands of versions before, and what they are now.
 const MOVED: &[(&str, &str)] = &[
     ("batches", "runs batches"),
-    ("describe", "prompt describe"),
     ("experiment", "runs export` and `runs import"),
     ("export", "runs export"),
     ("find", "corpus find"),

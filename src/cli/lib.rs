@@ -78,6 +78,8 @@ pub struct Arguments {
 pub enum Command {
     /// Show what a scenario contains, and its errors with line numbers.
     Inspect(inspect::Inspect),
+    /// Tell what happened in a scenario (`--story`), or describe it as models are told it.
+    Describe(prompt::Describe),
     /// Draw maps, plots or the workbench as SVG, PNG or GIF.
     Render(render::Render),
     /// Write scenarios as CommonRoad 2020a XML, or as OpenSCENARIO XML with OpenDRIVE.
@@ -179,6 +181,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
     ending::listen();
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Describe(arguments) => prompt::describe(arguments),
         Command::Render(arguments) => render::run(arguments, workbench.screen),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Metrics(arguments) => metrics::run(arguments),

@@ -152,7 +152,7 @@ pub fn show(arguments: &PromptArguments) -> Outcome {
     if let Some(picture) = &question.picture {
         let (width, height) = picture.size();
         output::say(&format!(
-            "with a picture of {width} × {height} pixels, about {} tokens (estimated; models differ); `nearmiss prompt describe --frame {} -o FILE.png` writes it",
+            "with a picture of {width} × {height} pixels, about {} tokens (estimated; models differ); `nearmiss describe --frame {} -o FILE.png` writes it",
             picture.tokens(),
             question.case.frame.name(),
         ));

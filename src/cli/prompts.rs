@@ -22,7 +22,8 @@ use super::{Failure, Outcome, json, output};
 pub enum Prompt {
     /// Print the messages that a model would receive.
     Show(PromptArguments),
-    /// Describe a scene in words.
+    /// The same as `nearmiss describe`.
+    #[command(hide = true)]
     Describe(Describe),
     /// List the templates with task, frame, version, hash, origin and errors.
     List {

@@ -16,8 +16,9 @@ use nearmiss_render::{
     AnimationError, Figure, FigureContent, FigureError, FigureOptions, Format, Palette, Picture,
     Provenance, ScreenPainter, ScreenRequest, Subject, animate, film,
 };
-use nearmiss_scene::metrics::{Thresholds, measure};
+use nearmiss_scene::metrics::{Context, Thresholds, measure};
 use nearmiss_scene::scenario::Scene;
+use nearmiss_scene::story::Story;
 use serde::Serialize;
 
 use super::ending::interrupted;
@@ -127,8 +128,10 @@ const MOST_PICTURES: i64 = 20_000;
 const PAGE_MEASURES: [&str; 3] = ["ttc", "distance", "risk"];
 
 /// The sentences on a page that tell what happened.
-fn story(_: Subject<'_>) -> Vec<String> {
-    Vec::new()
+fn story(scene: Option<&Scene>, thresholds: &Thresholds) -> Vec<String> {
+    let told = scene.and_then(|scene| Story::new(&Context::under(scene, thresholds)));
+    let sentences = told.into_iter().flat_map(|story| story.sentences);
+    sentences.map(|sentence| sentence.text).collect()
 }
 
 /// What becomes of an interrupted run.
@@ -244,7 +247,7 @@ impl Drawing<'_> {
             } else {
                 steps[0]
             };
-            let page = figure.page(at, &self.dark, &story(subject));
+            let page = figure.page(at, &self.dark, &story(timeline.scene, &self.thresholds));
             self.target.save(entry, None, page.as_bytes())?;
         } else {
             self.write(entry, &steps, subject.scenario.dt(), |step| {
