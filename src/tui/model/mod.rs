@@ -337,6 +337,18 @@ impl Model {
         }
     }
 
+    /// The full screen that is open, whatever windows are over it, or the pane that has the keys.
+    #[must_use]
+    pub fn place(&self) -> Scope {
+        let mut scopes = self.screens.iter().map(Screen::scope);
+        match scopes.find(|scope| scope.is_own()) {
+            Some(own) => own,
+            None if self.compare.open => Scope::Compare,
+            None if self.prompt.editing => Scope::Editor,
+            None => self.focus.scope(),
+        }
+    }
+
     /// Whether the screens that are open let an action through that none of them has a use for: a window leaves what
     /// is below it alone, and other windows open over it.
     #[must_use]
