@@ -549,6 +549,7 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
             moment.when()
         )
     };
+    let strip_has_driver = strip.survived.is_some();
     let mut titles = vec![
         title("original, planned ego", "no contact", &strip.original),
         title("attack", "X collision", &strip.attack),
@@ -589,6 +590,14 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
             "{rows_of_gaps}\n{frame}"
         );
     }
+    let frame = bench.frame(100, 30);
+    let gaps = format!("┌ gap to {attacker} · original · attack");
+    let all = if strip_has_driver {
+        " · good driver "
+    } else {
+        " "
+    };
+    assert!(frame.contains(&(gaps + all)), "{frame}");
 }
 
 #[test]

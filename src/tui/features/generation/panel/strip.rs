@@ -102,12 +102,26 @@ fn draw_gaps(
     drives: &[Drive<'_>],
 ) {
     let theme = &model.theme;
-    let mut title = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
-    title.extend(drives.iter().map(|(name, color, dash, _)| {
-        let words = format!("{} {name}", dash.sign());
-        vec![Span::styled(words, Style::new().fg(*color))]
-    }));
-    let mut title = fitting(title, usize::from(area.width).saturating_sub(4));
+    let named = |signs: bool| {
+        let mut parts = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
+        parts.extend(drives.iter().map(|(name, color, dash, _)| {
+            let sign = if signs { dash.sign() } else { "" };
+            let words = format!("{sign} {name}");
+            vec![Span::styled(
+                words.trim_start().to_string(),
+                Style::new().fg(*color),
+            )]
+        }));
+        parts
+    };
+    // All are named; where there is little room without their lines, which have their names at their ends, too.
+    let room = usize::from(area.width).saturating_sub(4);
+    let full = fitting(named(true), usize::MAX);
+    let mut title = if full.width() <= room {
+        full
+    } else {
+        fitting(named(false), room)
+    };
     title.spans.insert(0, " ".into());
     title.push_span(" ");
     let block = Block::bordered()
