@@ -573,7 +573,16 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
         let places: Vec<_> = titles.iter().map(|title| place(&shown(title))).collect();
         assert!(places.iter().all(Option::is_some), "{titles:?}\n{frame}");
         assert!(places.is_sorted(), "one below the other");
+        let rows: Vec<usize> = { places.windows(2) }
+            .filter_map(|pair| Some(pair[1]? - pair[0]?))
+            .collect();
+        assert!(rows.iter().all(|each| *each == rows[0]), "{rows:?}");
         let gaps = place(&format!("┌ gap to {attacker}")).unwrap();
+        let goal = lines[..gaps].iter().find(|line| {
+            let map = line.split('┃').next();
+            map.is_some_and(|map| map.contains("goal"))
+        });
+        assert_eq!(goal, None, "no map names the goal");
         assert!(lines[gaps].contains("⠒⠒ attack"), "{frame}");
         let below = lines[gaps + 1..].join("\n");
         assert!(

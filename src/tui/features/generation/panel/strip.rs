@@ -71,10 +71,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     f.render_widget(Clear, area);
     f.render_widget(Block::new().style(theme.base()), area);
     let gaps_rows = (area.height * GAPS.1 / 100).max(GAPS.0);
-    let [maps, below] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(gaps_rows)]).areas(area);
     let drives = drives(model, &strip);
-    let parts = Layout::vertical(vec![Constraint::Fill(1); drives.len()]).split(maps);
+    // Maps of one size show the same part of the road.
+    let count = drives.len() as u16;
+    let each = area.height.saturating_sub(gaps_rows) / count;
+    let [maps, below] =
+        Layout::vertical([Constraint::Length(each * count), Constraint::Min(0)]).areas(area);
+    let parts = Layout::vertical(vec![Constraint::Length(each); drives.len()]).split(maps);
     for ((name, color, _, moment), part) in drives.iter().zip(parts.iter()) {
         let title = title(
             model,

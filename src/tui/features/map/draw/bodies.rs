@@ -237,7 +237,7 @@ pub fn overlays(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
                 role: Role::RecordedEgo,
                 faint: false,
                 rings: body.outlines(),
-                name: Some("recorded".into()),
+                name: Some("ego recorded".into()),
             })
         }));
     }
