@@ -410,26 +410,6 @@ fn the_goal_is_named_where_it_is_seen() {
 }
 
 #[test]
-fn a_goal_around_the_ego_is_named_beside_it() {
-    let mut bench = at("cutin", 44);
-    bench.model.map.layers.labels = false;
-    let ego = bench.model.moment().unwrap().ego().unwrap();
-    let opened = bench.model.opened.as_mut().unwrap();
-    let scenario = std::sync::Arc::make_mut(&mut opened.scenario);
-    let region = nearmiss_base::geometry::Shape::Rectangle {
-        length: 8.0,
-        width: 3.0,
-        center: ego.position,
-        orientation: ego.heading,
-        origin_x_shift: 0.0,
-    };
-    scenario.planning_problems[0].goals[0].positions =
-        vec![nearmiss_scene::scenario::Position::Region(region)];
-    let frame = bench.frame(80, 24);
-    assert!(frame.contains("goal"), "{frame}");
-}
-
-#[test]
 fn arrows_step_and_stop_at_the_ends() {
     let mut bench = Bench::bundled();
     bench.press("home right right left");
