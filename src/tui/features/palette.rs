@@ -110,11 +110,7 @@ fn row(model: &Model, entry: &Entry, selected: bool, width: usize) -> Vec<Line<'
         .add_modifier(Modifier::BOLD);
     let mut lines = Vec::new();
     let doc = match entry.elsewhere(model.place()) {
-        Some(other) => format!(
-            "{} {}",
-            entry.doc,
-            capitalised(&format!("{}.", other.words()))
-        ),
+        Some(other) => format!("{} Only {}.", entry.doc, other.words()),
         None => entry.doc.to_string(),
     };
     for (i, words) in textwrap::wrap(&doc, room).into_iter().enumerate() {
