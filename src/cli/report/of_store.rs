@@ -146,32 +146,8 @@ pub fn store_report(
 
 /// Describes runs left out of the report, or without a ground truth.
 fn notices(stored: &Stored) -> Vec<String> {
-    let left_out = [
-        (
-            stored.asked_again,
-            "repeats of a question, one of whose answers counts; their costs are counted",
-        ),
-        (stored.other_tasks, "of tasks without a yes or no"),
-        (
-            stored.unknown_ways,
-            "with a frame or techniques unknown to this version",
-        ),
-        (
-            stored.other_leads,
-            "at further leads of their batch; `nearmiss evaluate BATCH` shows them",
-        ),
-        (
-            stored.locked,
-            "of test splits that are not complete; `nearmiss report --batch ID` shows how far they are",
-        ),
-        (
-            stored.changed,
-            "about transformed scenes; `nearmiss evaluate BATCH` shows them",
-        ),
-    ].into_iter().filter(|(count, _)| *count > 0);
-    let mut notices: Vec<String> = left_out
-        .map(|(count, what)| format!("skipped: {count} {what}"))
-        .collect();
+    let left_out = stored.left_out().into_iter();
+    let mut notices: Vec<String> = left_out.map(|words| format!("skipped: {words}")).collect();
     if stored.unfinished > 0 {
         notices.push(format!(
             "{} running, cancelled or interrupted; counted as not asked",

@@ -294,7 +294,7 @@ table! {
     VariantPanel, Global, "variant", "space g v", 0, "variant", "The variant: attacker, outcome, risk before and after, avoidability, refusals, and the difference at this step.";
     SaveVariant, Global, "save-variant", "space g s", 0, "save variant", "Write the variant as CommonRoad XML with the ego's drive, its solution and all proofs, into the folder that pictures go to.";
     Follow, Global, "follow", "space m f", 0, "follow", "Keep the ego in the middle of the map; again lets go.";
-    EgoUp, Global, "ego-up", "space m u", 0, "ego up", "Turn the map with the ego, or north up.";
+    EgoUp, Global, "ego-up", "space m u", 0, "turn with the ego", "Turn the map with the ego, or north up.";
     FitMap, Global, "fit", "space m a", 0, "fit all", "Show the whole map.";
     SplitMap, Global, "split-map", "space m s", 0, "second map", "Two maps: beside the present step the contact or the worst moment of the picked obstacle, or beside a variant its original; again shows one.";
     CertificateMap, Global, "certificate-map", "space m g", 0, "good driver", "Beside a variant the good driver of its certificate, each with outcome and gap; again shows the original.";

@@ -86,6 +86,13 @@ impl Scope {
         found.map_or("", |(_, name, _)| name)
     }
 
+    /// Where it is, in words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        let found = Self::ALL.iter().find(|(scope, ..)| *scope == self);
+        found.map_or("", |(.., words)| words)
+    }
+
     /// Whether it is a full screen, where of the global keys only [`EVEN_THERE`] work.
     #[must_use]
     pub fn is_own(self) -> bool {
@@ -183,6 +190,14 @@ impl Entry {
             scope => !scope.is_own() || EVEN_THERE.contains(&self.action),
         };
         self.scope == scope || (self.scope == Scope::Global && everywhere)
+    }
+
+    /// The full screen that alone has its action, if that is not `here`.
+    #[must_use]
+    pub fn elsewhere(&self, here: Scope) -> Option<Scope> {
+        let mut same = ACTIONS.iter().filter(|entry| entry.action == self.action);
+        let is_here = same.any(|entry| !entry.scope.is_own() || entry.scope == here);
+        (!is_here).then_some(self.scope)
     }
 
     /// Whether a key can be pressed that does both.

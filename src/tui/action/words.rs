@@ -66,7 +66,6 @@ pub fn menu_label(entry: &Entry) -> &'static str {
         Details => "details of the picked obstacle",
         Source => "XML of the scenario",
         Follow => "follow the ego",
-        EgoUp => "ego drives upwards",
         NextPaths => "predicted paths",
         TakeTape => "measure a distance",
         Mark => "plot the picked obstacle too",

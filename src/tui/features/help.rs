@@ -218,17 +218,13 @@ fn parts(model: &Model, help: &HelpScreen) -> Vec<Part> {
 
 /// The scope of the screen or pane that help was opened on, and the global actions that belong to it.
 fn here(model: &Model) -> (Scope, &'static [Action]) {
-    let mut below = model.screens.iter().map(Screen::scope);
-    if let Some(own) = below.find(|scope| scope.is_own()) {
-        return (own, &[]);
-    }
-    if model.compare.open {
-        return (Scope::Compare, &[]);
-    }
-    if model.prompt.editing {
-        return (Scope::Editor, &[]);
-    }
-    (model.focus.scope(), model.focus.actions())
+    let place = model.place();
+    let actions = if place.is_own() {
+        &[]
+    } else {
+        model.focus.actions()
+    };
+    (place, actions)
 }
 
 /// The global actions by the menu of their first key, those with a key of their own first.

@@ -31,12 +31,12 @@ const GAP: usize = 2;
 pub struct Palette;
 
 impl Choice for Palette {
-    fn count(&self, _model: &Model, picker: &Picker) -> usize {
-        palette_shown(picker).len()
+    fn count(&self, model: &Model, picker: &Picker) -> usize {
+        palette_shown(model, picker).len()
     }
 
     fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step {
-        let shown = palette_shown(picker);
+        let shown = palette_shown(model, picker);
         let Some(entry) = shown.get(picker.selected) else {
             return Step::close();
         };
@@ -50,7 +50,7 @@ impl Choice for Palette {
         let inner = window::window(frame, screen, model, "actions", SIZE);
         let theme = &model.theme;
         let width = usize::from(inner.width);
-        let shown = palette_shown(picker);
+        let shown = palette_shown(model, picker);
         let typed = picker::typed(model, picker, shown.len(), width);
         let mut text = Text::from(vec![typed, Line::default()]);
         let rows: Vec<Vec<Line<'static>>> = {
@@ -109,7 +109,11 @@ fn row(model: &Model, entry: &Entry, selected: bool, width: usize) -> Vec<Line<'
         .fg(model.theme.accent)
         .add_modifier(Modifier::BOLD);
     let mut lines = Vec::new();
-    for (i, words) in textwrap::wrap(entry.doc, room).into_iter().enumerate() {
+    let doc = match entry.elsewhere(model.place()) {
+        Some(other) => format!("{} Only {}.", entry.doc, other.words()),
+        None => entry.doc.to_string(),
+    };
+    for (i, words) in textwrap::wrap(&doc, room).into_iter().enumerate() {
         let (name, keys) = match i {
             0 => (format!("{sign}{}", pad(entry.id, NAME)), keys.as_str()),
             _ => (" ".repeat(SIGN + NAME), ""),

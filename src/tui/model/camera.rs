@@ -45,6 +45,8 @@ const SHAPES: std::ops::RangeInclusive<f64> = 1.0..=4.0;
 
 /// The ego that is followed stays within this part of the view.
 const IN_VIEW: f64 = 0.9;
+/// And within this part where the user zooms without a pointer.
+const IN_MIDDLE: f64 = 0.5;
 
 impl Default for Camera {
     fn default() -> Self {
@@ -82,9 +84,9 @@ impl Camera {
         f64::from(size.0) >= f64::from(size.1) * self.aspect
     }
 
-    /// Zooms by a factor; below 1 is in. The middle stays where it is, or the ego that is followed; farther away that comes
-    /// back to the middle, as its surroundings are to be seen.
-    pub fn zoom(&mut self, factor: f64) {
+    /// Zooms by a factor; below 1 is in. The middle stays where it is, or the ego that is followed, which is not left at
+    /// an edge of so many columns and rows; farther away it comes back to the middle, as its surroundings are to be seen.
+    pub fn zoom(&mut self, factor: f64, size: (u16, u16)) {
         self.auto = false;
         self.fitted = None;
         let shift = self.shift;
@@ -92,6 +94,15 @@ impl Camera {
         if factor > 1.0 {
             self.shift = shift;
         }
+        self.keep_ego_within(IN_MIDDLE, size);
+    }
+
+    /// Moves the view so that the ego that is followed is in this part of so many columns and rows around the middle.
+    fn keep_ego_within(&mut self, part: f64, (columns, rows): (u16, u16)) {
+        let most = |cells: u16, size: f64| part * f64::from(cells) * size / 2.0;
+        let (up, left) = (most(rows, self.row()), most(columns, self.cell));
+        self.shift.x = self.shift.x.clamp(-up, up);
+        self.shift.y = self.shift.y.clamp(-left, left);
     }
 
     /// The same where it is not the user who zooms.
@@ -103,24 +114,15 @@ impl Camera {
 
     /// Zooms by a factor about a point, which stays where it is on the screen of so many columns and rows, as long as
     /// an ego that is followed stays in view.
-    pub fn zoom_about(
-        &mut self,
-        point: &Point,
-        factor: f64,
-        ego: Option<Pose>,
-        (columns, rows): (u16, u16),
-    ) {
+    pub fn zoom_about(&mut self, point: &Point, factor: f64, ego: Option<Pose>, size: (u16, u16)) {
         self.auto = false;
         let frame = self.frame(ego);
         let before = self.cell;
         self.cell = (self.cell * factor).clamp(NEAREST, FARTHEST);
         let moved = frame.to_local(point).coords * (1.0 - self.cell / before);
         if self.follow && ego.is_some() {
-            let most = |cells: u16, size: f64| IN_VIEW * f64::from(cells) * size / 2.0;
-            let (up, left) = (most(rows, self.row()), most(columns, self.cell));
             self.shift += moved;
-            self.shift.x = self.shift.x.clamp(-up, up);
-            self.shift.y = self.shift.y.clamp(-left, left);
+            self.keep_ego_within(IN_VIEW, size);
         } else {
             self.stay(frame, Point::from(moved));
         }
@@ -251,12 +253,29 @@ mod tests {
         }
         let (right, up) = seen(&camera, &Point::origin(), ego);
         assert!(right.abs() <= 50.0 && up.abs() <= 20.0, "{right} {up}");
-        camera.zoom(4.0);
+        camera.zoom(4.0, SIZE);
         let wider = seen(&camera, &Point::origin(), ego);
         assert!((wider.0 - right / 4.0).abs() < 1e-9, "it comes back");
-        camera.zoom(0.5);
+        camera.zoom(0.5, SIZE);
         let nearer = seen(&camera, &Point::origin(), ego);
         assert!((nearer.0 - wider.0).abs() < 1e-9, "it stays where it is");
+    }
+
+    #[test]
+    fn the_ego_comes_from_the_edge_where_keys_zoom_in() {
+        let ego = Some(Pose::new(0.0, 0.0, 0.0));
+        // As the map chooses it where the picked obstacle is far.
+        let mut camera = Camera {
+            shift: Vector::new(0.0, -24.0),
+            ..Camera::default()
+        };
+        let before = seen(&camera, &Point::origin(), ego);
+        assert!(before.0.abs() > 35.0, "{before:?}");
+        for _ in 0..2 {
+            camera.zoom(0.8, SIZE);
+            let (right, up) = seen(&camera, &Point::origin(), ego);
+            assert!(right.abs() <= 25.0 && up.abs() <= 10.0, "{right} {up}");
+        }
     }
 
     #[test]

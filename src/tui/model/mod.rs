@@ -302,7 +302,18 @@ impl Model {
         Some(self.window_rule().at(scene, self.clock.step()))
     }
 
-    /// How that window is chosen.
+    /// First and last step of the window that the screen shows: that which the shown answer was told of, unless it is of
+    /// another step than the clock's in a task about windows, else that which is asked about.
+    #[must_use]
+    pub fn shown_window(&self) -> Option<(i64, i64)> {
+        let told = self.answers.column().and_then(|column| column.steps);
+        let is_now =
+            |(_, last): &(i64, i64)| self.task.is_about_all_steps() || *last == self.clock.step();
+        let asked = || self.window().map(|w| (w.first(), w.last()));
+        told.filter(is_now).or_else(asked)
+    }
+
+    /// How the window that is asked about is chosen.
     #[must_use]
     pub fn window_rule(&self) -> WindowRule {
         WindowRule {
@@ -333,6 +344,18 @@ impl Model {
             Some(screen) => screen.scope(),
             None if self.compare.open && !self.look.in_menu() => Scope::Compare,
             None if self.compare.open => Scope::Global,
+            None => self.focus.scope(),
+        }
+    }
+
+    /// The full screen that is open, whatever windows are over it, or the pane that has the keys.
+    #[must_use]
+    pub fn place(&self) -> Scope {
+        let mut scopes = self.screens.iter().map(Screen::scope);
+        match scopes.find(|scope| scope.is_own()) {
+            Some(own) => own,
+            None if self.compare.open => Scope::Compare,
+            None if self.prompt.editing => Scope::Editor,
             None => self.focus.scope(),
         }
     }

@@ -25,7 +25,7 @@ const LOOSE: usize = 6;
 /// The actions that a palette shows, the best match first: names before words that mean the same, these before
 /// sentences.
 #[must_use]
-pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
+pub fn palette_shown(model: &Model, picker: &Picker) -> Vec<&'static Entry> {
     // `index FOLDER` is that action alone, whatever the folder is called.
     let folder = picker.text.trim_start().strip_prefix("index ");
     if folder.is_some_and(|folder| !folder.trim().is_empty()) {
@@ -64,9 +64,14 @@ pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
     }
     // Of words that only contain it, none is nearer than another: the table's order.
     let place = |entry: &Entry| all.iter().position(|other| other.action == entry.action);
-    shown.sort_by_key(|entry| match rank(entry) {
-        4 => (4, place(entry)),
-        rank => (rank, None),
+    // What another screen does comes last, unless it is named.
+    let here = model.place();
+    shown.sort_by_key(|entry| {
+        let rank = rank(entry);
+        let is_named = !typed.is_empty() && rank < 2;
+        let is_elsewhere = !is_named && entry.elsewhere(here).is_some();
+        let by_table = if rank == 4 { place(entry) } else { None };
+        (is_elsewhere, rank, by_table)
     });
     shown
 }

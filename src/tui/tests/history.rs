@@ -9,7 +9,7 @@ use crate::request::Request;
 use crate::tests::bench::Bench;
 use nearmiss_formats::EgoSelection;
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::verdict::{ParsedAnswer, Task, Verdict};
+use nearmiss_scene::verdict::{CriticalObstacle, ParsedAnswer, Task, Verdict};
 use nearmiss_store::{AnswerPiece, Claim, Consumed, Ending, NewRun, RunId, RunState, Store};
 
 #[test]
@@ -110,6 +110,25 @@ fn notes_are_written_and_found() {
     kept.type_text("odd");
     assert_eq!(kept.rows(), [3]);
     assert!(kept.bench.frame(120, 40).contains("odd one"));
+}
+
+#[test]
+fn a_reopened_answer_shows_its_window_and_the_obstacle_it_calls_critical() {
+    let mut kept = Fixture::new();
+    let worst = kept.bench.model.picked;
+    let opened = kept.bench.model.opened.as_ref().unwrap();
+    let ego = opened.scene.as_ref().unwrap().ego.id;
+    let mut others = { opened.scenario.obstacles.iter() }.map(|o| o.id);
+    kept.critical = others.find(|id| *id != ego && Some(*id) != worst);
+    kept.task = Task::Collision;
+    kept.add(FIRST, "lab/small", true, "it brakes");
+    kept.press("ctrl-r");
+    kept.press("enter");
+    let model = &kept.bench.model;
+    assert_eq!((model.task, model.clock.step()), (Task::Collision, 29));
+    assert_eq!(model.shown_window(), Some((20, 29)));
+    assert_ne!(model.window().map(|w| w.last()), Some(29));
+    assert_eq!(model.picked, kept.critical);
 }
 
 #[test]
@@ -397,6 +416,9 @@ pub struct Fixture {
     pub bench: Bench,
     pub store: Store,
     truths: Truths,
+    /// Of the runs that are added: their task, and what they call critical.
+    task: Task,
+    critical: Option<i64>,
 }
 
 impl Fixture {
@@ -405,6 +427,8 @@ impl Fixture {
             bench: Bench::bundled(),
             store: Store::in_memory().unwrap(),
             truths: Truths::default(),
+            task: Task::Safety,
+            critical: None,
         }
     }
 
@@ -418,7 +442,7 @@ impl Fixture {
             scenario: scenario.into(),
             scenario_hash: Some(if ours { opened.scenario.hash.to_string() } else { format!("not the hash of {scenario}") }),
             ego: if ours { opened.scene.as_ref().unwrap().ego.to_string() } else { "1".into() },
-            task: Task::Safety,
+            task: self.task,
             frame: "cartesian".into(),
             techniques: "cp".into(),
             window: Some((20, 29)),
@@ -445,11 +469,11 @@ impl Fixture {
             )
             .unwrap();
         let verdict = Verdict {
-            task: Task::Safety,
+            task: self.task,
             dangerous,
             obstacles: Vec::new(),
             justification: words.into(),
-            critical: None,
+            critical: self.critical.map(|id| vec![CriticalObstacle::new(id)]),
             probability: None,
             token_probability: None,
             unknown: Vec::new(),

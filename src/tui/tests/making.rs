@@ -549,6 +549,7 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
             moment.when()
         )
     };
+    let strip_has_driver = strip.survived.is_some();
     let mut titles = vec![
         title("original, planned ego", "no contact", &strip.original),
         title("attack", "X collision", &strip.attack),
@@ -572,7 +573,16 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
         let places: Vec<_> = titles.iter().map(|title| place(&shown(title))).collect();
         assert!(places.iter().all(Option::is_some), "{titles:?}\n{frame}");
         assert!(places.is_sorted(), "one below the other");
+        let rows: Vec<usize> = { places.windows(2) }
+            .filter_map(|pair| Some(pair[1]? - pair[0]?))
+            .collect();
+        assert!(rows.iter().all(|each| *each == rows[0]), "{rows:?}");
         let gaps = place(&format!("┌ gap to {attacker}")).unwrap();
+        let goal = lines[..gaps].iter().find(|line| {
+            let map = line.split('┃').next();
+            map.is_some_and(|map| map.contains("goal"))
+        });
+        assert_eq!(goal, None, "no map names the goal");
         assert!(lines[gaps].contains("⠒⠒ attack"), "{frame}");
         let below = lines[gaps + 1..].join("\n");
         assert!(
@@ -589,6 +599,14 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
             "{rows_of_gaps}\n{frame}"
         );
     }
+    let frame = bench.frame(100, 30);
+    let gaps = format!("┌ gap to {attacker} · original · attack");
+    let all = if strip_has_driver {
+        " · good driver "
+    } else {
+        " "
+    };
+    assert!(frame.contains(&(gaps + all)), "{frame}");
 }
 
 #[test]

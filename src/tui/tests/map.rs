@@ -793,7 +793,7 @@ fn obstacles_are_picked_in_the_order_of_their_danger() {
 fn without_colours_small_bodies_are_boxes_with_their_heading() {
     let mut bench = at("overtaking", 48);
     bench.model.theme = Theme::default_theme().at_depth(ColorDepth::None);
-    bench.model.camera.zoom(1.0);
+    bench.model.camera.zoom(1.0, (40, 15));
     bench.model.camera.cell = 1.7;
     let frame = bench.frame(80, 24);
     assert!(frame.contains("[←]") && frame.contains(" → "), "{frame}");

@@ -56,6 +56,30 @@ fn title(bench: &Bench) -> String {
 }
 
 #[test]
+fn a_goal_around_the_ego_is_named_beside_it() {
+    let mut bench = making::open("cutin");
+    bench.model.zoomed = true;
+    bench.model.focus = Pane::Map;
+    bench.model.clock.go(44);
+    bench.model.toasts.clear();
+    bench.model.map.layers.labels = false;
+    let ego = bench.model.moment().unwrap().ego().unwrap();
+    let opened = bench.model.opened.as_mut().unwrap();
+    let scenario = std::sync::Arc::make_mut(&mut opened.scenario);
+    let region = nearmiss_base::geometry::Shape::Rectangle {
+        length: 8.0,
+        width: 3.0,
+        center: ego.position,
+        orientation: ego.heading,
+        origin_x_shift: 0.0,
+    };
+    scenario.planning_problems[0].goals[0].positions =
+        vec![nearmiss_scene::scenario::Position::Region(region)];
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("goal"), "{frame}");
+}
+
+#[test]
 fn a_scenario_opens_at_the_moment_that_matters_and_its_map_says_why() {
     for entry in bundled() {
         let mut bench = making::open(&entry.name.to_lowercase());

@@ -507,6 +507,13 @@ fn menus_spell_out_what_they_switch_and_how_it_stands() {
         "{frame}"
     );
     assert!(frame.contains("discard draft"), "{frame}");
+    for state in ["on", "north up"] {
+        bench.press("esc space m");
+        let frame = bench.frame(120, 40);
+        let words = format!("turn with the ego ({state})");
+        assert!(frame.contains(&words), "{frame}");
+        bench.press("u");
+    }
 }
 
 #[test]

@@ -17,8 +17,10 @@ use nearmiss_base::geometry::Bounds;
 use nearmiss_formats::EgoSelection;
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::scenario::{Transform, obstacle_taken};
+use nearmiss_scene::verdict::Verdict;
 use nearmiss_store::Run;
-use nearmiss_study::evaluation::Answer;
+use nearmiss_study::evaluation::claims::{self, Subject};
+use nearmiss_study::evaluation::{Answer, JudgeOutcome};
 
 impl Request for Open {
     /// The scenario, or why it is not open.
@@ -260,7 +262,33 @@ pub fn reopened(model: &mut Model, id: OpenId) {
         model.complain(text);
     }
     model.reopened = Some(run.id);
-    put(model, Answer::from(*run));
+    let answer = Answer::from(*run);
+    let foremost = foremost(model, &answer);
+    if foremost.is_some() {
+        model.picked = foremost;
+        model.refresh();
+    }
+    put(model, answer);
+}
+
+/// The obstacle that an answer calls most dangerous, else the first that it says something of.
+fn foremost(model: &Model, answer: &Answer) -> Option<i64> {
+    let scene = model.scene()?;
+    let subject = Subject {
+        scene,
+        times: answer.times,
+        window: answer.window,
+    };
+    let worst = answer.verdict().and_then(Verdict::foremost);
+    let other = match &answer.judged {
+        JudgeOutcome::Other(reading) => reading.said.named(),
+        _ => Vec::new(),
+    };
+    let said = claims::find(&answer.text, &subject).into_iter();
+    { worst.into_iter().map(|(id, _)| id) }
+        .chain(other)
+        .chain(said.map(|claim| claim.obstacle))
+        .find(|id| *id != scene.ego.id && scene.scenario.obstacle(*id).is_some())
 }
 
 /// Earlier answers came, and the one that was opened again was not to hide them: it takes its place among them.

@@ -97,7 +97,7 @@ fn wheel(model: &mut Model, pane: Pane, at: Position, direction: Action) -> Vec<
             let size = model.drawn.map_size();
             match model.drawn.point_at(at) {
                 Some((point, _)) => model.camera.zoom_about(&point, factor, ego, size),
-                None => model.camera.zoom(factor),
+                None => model.camera.zoom(factor, size),
             }
             Vec::new()
         }

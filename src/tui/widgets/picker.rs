@@ -31,12 +31,20 @@ pub fn draw(
     let top = (picker.selected + 1).saturating_sub(height);
     let mut lines = vec![typed, Line::default()];
     let mut whole = None;
+    // What stands at the right begins in one column, where all of it has room.
+    let room = width.saturating_sub(4);
+    let widest = |side: &dyn Fn(&(String, String)) -> usize| rows.iter().map(side).max();
+    let names = widest(&|(left, _)| left.trim_end().width()).unwrap_or(0);
+    let notes = widest(&|(_, right)| right.width()).unwrap_or(0);
+    let column = if names + 2 + notes <= room { notes } else { 0 };
     for (i, (left, right)) in rows.iter().enumerate().skip(top).take(height) {
         let (full_left, full_right) = (left, right);
-        let right = side_by_side(left.trim_end(), right, width.saturating_sub(4));
+        let right = side_by_side(left.trim_end(), right, room);
+        let right = pad(&right, column.max(right.width()));
         let left = pad(left, width.saturating_sub(right.width() + 4));
         let sign = if i == picker.selected { "▸ " } else { "  " };
-        if i == picker.selected && (left.trim_end() != full_left.trim_end() || right != *full_right)
+        if i == picker.selected
+            && (left.trim_end() != full_left.trim_end() || right.trim_end() != full_right)
         {
             let words = full_left.split_whitespace().collect::<Vec<_>>().join(" ");
             let dot = if full_right.is_empty() { "" } else { " · " };

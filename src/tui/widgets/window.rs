@@ -2,12 +2,12 @@
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::{Modifier, Style};
+use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
 use crate::model::{Model, Pane};
-use crate::widgets::words::thousands;
+use crate::widgets::words::{fit, thousands};
 
 /// Columns of a window at most, its borders included.
 pub const COLUMNS: u16 = 92;
@@ -166,7 +166,11 @@ fn dim(frame: &mut Frame<'_>, screen: Rect, area: Rect, model: &Model) {
     let around = body.positions().filter(|at| !area.contains(*at));
     for at in around {
         if let Some(cell) = frame.buffer_mut().cell_mut(at) {
-            let (front, back) = (theme.dimmed(cell.fg), theme.dimmed(cell.bg));
+            let front = match cell.fg {
+                Color::Reset => theme.text,
+                own => own,
+            };
+            let (front, back) = (theme.dimmed(front), theme.dimmed(cell.bg));
             cell.set_fg(front).set_bg(back);
             cell.modifier.remove(Modifier::BOLD);
             cell.modifier.insert(theme.dimming());
@@ -174,13 +178,29 @@ fn dim(frame: &mut Frame<'_>, screen: Rect, area: Rect, model: &Model) {
     }
 }
 
-/// A window somewhere; gives the area inside.
+/// A window somewhere that has the keys; gives the area inside.
 pub fn window_at(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Rect {
-    let block = Block::bordered()
-        .border_type(BorderType::Thick)
-        .border_style(Style::new().fg(model.theme.border_focused))
-        .title(format!(" {title} "))
-        .style(model.theme.base());
+    let border = Style::new().fg(model.theme.border_focused);
+    let block = Block::bordered().border_type(BorderType::Thick);
+    framed(frame, area, model, title, block.border_style(border))
+}
+
+/// A part of a screen that never has the keys; gives the area inside.
+pub fn beside(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Rect {
+    let border = Style::new().fg(model.theme.border);
+    framed(
+        frame,
+        area,
+        model,
+        title,
+        Block::bordered().border_style(border),
+    )
+}
+
+fn framed(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str, block: Block<'_>) -> Rect {
+    // Inside the corners, with a space on both sides.
+    let title = fit(title, usize::from(area.width).saturating_sub(4));
+    let block = block.title(format!(" {title} ")).style(model.theme.base());
     let inner = block.inner(area);
     frame.render_widget(Clear, area);
     frame.render_widget(block, area);

@@ -60,6 +60,8 @@ pub struct BatchResults {
     pub rows: Vec<Results>,
     /// Questions that were not asked, or not yet, or cannot be asked at all; they are not counted.
     pub unasked: usize,
+    /// Runs that are not counted, see [`Stored::left_out`](crate::evaluation::report::Stored::left_out); empty for a batch.
+    pub left_out: Vec<String>,
     /// How far the test split is that may not be counted yet; `None` where the rows are all there is.
     pub locked: Option<String>,
 }
@@ -227,7 +229,7 @@ pub fn counted(
     Ok(Some(BatchResults {
         rows: rows.collect(),
         unasked,
-        locked: None,
+        ..BatchResults::default()
     }))
 }
 

@@ -80,10 +80,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 /// Below the text: the picked claim, or how many there are; gives what is left for the text.
 fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_>) -> Rect {
     let claims = marks.claims;
-    if claims.is_empty() && marks.unread.is_empty() || inner.height < 6 {
+    let picked = marks.picked.and_then(|place| claims.get(place));
+    let least = if picked.is_some() { 2 } else { 6 };
+    if claims.is_empty() && marks.unread.is_empty() || inner.height < least {
         return inner;
     }
-    let picked = marks.picked.and_then(|place| claims.get(place));
     let line = match picked {
         Some(claim) => claimed::line(claim, &model.theme),
         None => Line::styled(
@@ -97,7 +98,7 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_
     let words = Paragraph::new(line).wrap(Wrap { trim: true });
     let rows = u16::try_from(words.line_count(inner.width))
         .unwrap_or(1)
-        .clamp(1, 3);
+        .clamp(1, 3.min(inner.height - 1));
     let below = Rect {
         y: inner.bottom() - rows,
         height: rows,

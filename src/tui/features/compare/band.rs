@@ -102,7 +102,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             ..inner
         };
         let words = Paragraph::new(format!("right: within {TOLERANCES}")).wrap(Wrap { trim: true });
-        f.render_widget(words.style(dim), below);
+        if words.line_count(below.width) <= usize::from(below.height) {
+            f.render_widget(words.style(dim), below);
+        }
     }
 }
 

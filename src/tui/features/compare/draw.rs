@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nearmiss_scene::judge;
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Margin, Rect};
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
@@ -84,6 +84,7 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
             let (first, last) = (seen.start + 1, seen.end);
             format!("{all} answers, {first}–{last} of {shown} shown")
         }
+        1 if all == 1 => "1 answer".into(),
         _ => format!("{all} answers, {shown} shown"),
     };
     let step = format!("step {}", model.clock.step());
@@ -167,25 +168,17 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
     ])
     .areas(area);
     f.render_widget(common.unwrap_or_default(), above);
-    let [names, area] =
-        Layout::horizontal([Constraint::Length(super::fields::LABEL), Constraint::Min(0)])
-            .areas(area);
-    let mut labels = super::fields::names(model, fields, &differ, &same);
-    // As many as the columns have rows for.
-    labels.truncate(usize::from(names.height.saturating_sub(2) / 2));
-    f.render_widget(Text::from(labels), names.inner(Margin::new(0, 1)));
     let seen = model.seen_side_by_side();
     let areas =
         Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
     for (place, fields) in all.iter().enumerate() {
         match place.checked_sub(seen.start).and_then(|i| areas.get(i)) {
-            Some(area) if seen.contains(&place) => column(
-                f,
-                *area,
-                model,
-                place,
-                super::fields::lines(model, fields, &differ, &same),
-            ),
+            Some(area) if seen.contains(&place) => {
+                // The first one in sight has the names of the rows.
+                let named = place == seen.start;
+                let rows = super::fields::lines(model, fields, named, &differ, &same);
+                column(f, *area, model, place, rows);
+            }
             // Those beside the screen keep their places.
             _ => model.drawn.next_column(Extent::default(), Vec::new()),
         }

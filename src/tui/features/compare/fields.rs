@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span};
 use crate::features::answers::verdict::table::is_imported;
 use crate::model::{Model, Progress, ShownAnswer, parts};
 use crate::widgets::claimed;
-use crate::widgets::words::{duration, fit};
+use crate::widgets::words::{duration, fit, pad};
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Verdict;
 use nearmiss_store::Choice;
@@ -23,7 +23,7 @@ pub struct Field {
 }
 
 /// Columns of the names.
-pub const LABEL: u16 = 14;
+const LABEL: usize = 12;
 
 /// The fields of an answer. While models are hidden, those that could tell them apart are left out for all.
 pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
@@ -309,43 +309,30 @@ fn rows<'a>(
         .map(|((field, differs), _)| (field, *differs))
 }
 
-/// The names of the rows, with a sign where answers differ.
-pub fn names(
-    model: &Model,
-    fields: &[Field],
-    differ: &[bool],
-    same: &[bool],
-) -> Vec<Line<'static>> {
-    let theme = &model.theme;
-    let line = |(field, differs): (&Field, bool)| {
-        let (sign, style) = if differs {
-            let style = Style::new().fg(theme.warning);
-            ("≠", style.add_modifier(Modifier::BOLD))
-        } else {
-            ("", Style::new().fg(theme.dim))
-        };
-        Line::styled(format!(" {} {sign}", field.name), style)
-    };
-    rows(fields, differ, same).map(line).collect()
-}
-
-/// The values of an answer in the rows that are not the same for all.
+/// The values of an answer in the rows that are not the same for all; `named` behind their names, with a sign where
+/// answers differ.
 pub fn lines(
     model: &Model,
     fields: &[Field],
+    named: bool,
     differ: &[bool],
     same: &[bool],
 ) -> Vec<Line<'static>> {
     let theme = &model.theme;
+    let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
+    let name = |field: &Field, differs: bool| {
+        let words = format!("{} {}", field.name, if differs { "≠" } else { "" });
+        let dim = Style::new().fg(theme.dim);
+        let style = if differs { bold(theme.warning) } else { dim };
+        named.then(|| Span::styled(pad(&words, LABEL), style))
+    };
     let line = |(field, differs): (&Field, bool)| {
-        let mut style = theme.base();
-        if let Some(color) = field.color {
-            style = style.fg(color).add_modifier(Modifier::BOLD);
-        }
+        let mut style = field.color.map_or(theme.base(), bold);
         if differs {
             style = style.add_modifier(Modifier::BOLD);
         }
-        Line::styled(field.value.clone(), style)
+        let value = Span::styled(field.value.clone(), style);
+        Line::from_iter(name(field, differs).into_iter().chain([value]))
     };
     rows(fields, differ, same).map(line).collect()
 }

@@ -17,11 +17,14 @@ use crate::update::keys::{KeyEffect, pressed};
 use nearmiss_store::Choice;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Quantity};
 
-/// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
+/// Opens the screen on as many answers as fit, the last ones and the shown one; the built-in judge's stands last, unless
+/// it would take the place of one of two answers.
 pub fn open(model: &mut Model) {
-    let fit = model.fit_side_by_side().max(2);
     let count = model.answers.columns.len();
-    let mut shown: Vec<ShownAnswer> = (count.saturating_sub(fit - 1)..count)
+    let fit = model.fit_side_by_side().max(2);
+    let judge = model.has_reference() && (fit > 2 || count < 2);
+    let answers = fit - usize::from(judge);
+    let mut shown: Vec<ShownAnswer> = (count.saturating_sub(answers)..count)
         .map(ShownAnswer::Column)
         .collect();
     if let now @ ShownAnswer::Column(_) = model.answers.shown
@@ -30,9 +33,7 @@ pub fn open(model: &mut Model) {
     {
         *first = now;
     }
-    if model.has_reference() {
-        shown.push(ShownAnswer::Reference);
-    }
+    shown.extend(judge.then_some(ShownAnswer::Reference));
     if shown.is_empty() {
         let why = model.without_ego();
         return model.say(format!("nothing to compare: {why}"));

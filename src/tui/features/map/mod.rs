@@ -215,10 +215,11 @@ fn move_map_once(model: &mut Model, action: Action) {
         return;
     }
     let ego = ego_pose(model);
+    let size = model.drawn.map_size();
     let part = 6.0;
     match action {
-        Action::ZoomIn => model.camera.zoom(0.8),
-        Action::ZoomOut => model.camera.zoom(1.25),
+        Action::ZoomIn => model.camera.zoom(0.8, size),
+        Action::ZoomOut => model.camera.zoom(1.25, size),
         Action::PanLeft => model.camera.pan(-part, 0.0, ego),
         Action::PanRight => model.camera.pan(part, 0.0, ego),
         Action::PanUp => model.camera.pan(0.0, part / 2.0, ego),
@@ -238,7 +239,6 @@ fn move_map_once(model: &mut Model, action: Action) {
                 .as_ref()
                 .and_then(|o| o.scenario.network.bounds());
             if let Some(bounds) = bounds {
-                let size = model.drawn.map_size();
                 model.camera.fit(&bounds, ego, size);
                 model.camera.auto = false;
             }

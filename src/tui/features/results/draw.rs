@@ -164,7 +164,13 @@ pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model, hidden: &[&str]) -
         n => words.push(format!("{n} questions not asked, not counted")),
     }
     words.extend(cost(results));
+    let has_claims = |answer: &&AnswerOutcome| !claims(answer, true).is_empty();
+    if inside && results.answers().iter().any(has_claims) {
+        words.push("claims: = right, ≠ wrong, ? open".into());
+    }
     if !inside {
+        let left_out = results.left_out.iter();
+        words.extend(left_out.map(|words| format!("not counted: {words}")));
         words.push("= right, ≠ wrong: t/f true or false, p/n yes or no".into());
     }
     if !hidden.is_empty() {
@@ -205,10 +211,11 @@ pub fn draw_answers(
         let model = model_name(&row.configuration);
         format!("{model} · {how}{version} · {head} {}", all.len())
     });
-    let inner = window::window_at(frame, area, model, &title);
-    let list = match selected {
-        Some(_) => foot(frame, inner, model, &[]),
-        None => inner,
+    let list = if selected.is_some() {
+        let inner = window::window_at(frame, area, model, &title);
+        foot(frame, inner, model, &[])
+    } else {
+        window::beside(frame, area, model, &title)
     };
     let rows = usize::from(list.height);
     let top = selected
@@ -385,7 +392,7 @@ pub fn draw_bars(
         let model = model_name(&row.configuration);
         format!("right by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
     });
-    let inner = window::window_at(frame, area, model, &title);
+    let inner = window::beside(frame, area, model, &title);
     let height = usize::from(inner.height);
     let chosen = rows.iter().position(|row| *row == results.selected);
     let top = (chosen.unwrap_or(0) + 1).saturating_sub(height);

@@ -195,6 +195,7 @@ fn read(
             truths: truths.clone(),
             rows: found.rows,
             unasked: found.unasked,
+            left_out: found.left_out,
             locked: found.locked,
             judging,
         };
@@ -223,6 +224,7 @@ fn read(
             let rows = evaluation::results(scored.filter(|one| !(by_itself && is_judge(one))));
             Ok(Some(BatchResults {
                 rows,
+                left_out: stored.left_out(),
                 ..BatchResults::default()
             }))
         }

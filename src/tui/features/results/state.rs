@@ -39,6 +39,8 @@ pub struct ResultsView {
     pub rows: Vec<Results>,
     /// Questions of the batch that were not asked; they are not counted.
     pub unasked: usize,
+    /// Runs that are not counted: how many, and why.
+    pub left_out: Vec<String>,
     /// How far the test split is that may not be counted yet; there are no rows then.
     pub locked: Option<String>,
     /// The selected row.
@@ -148,6 +150,7 @@ impl ResultsView {
         self.counting = Some(read.counting);
         self.offers = read.offers;
         self.unasked = read.unasked;
+        self.left_out = read.left_out;
         self.locked = read.locked;
         self.rows = read.rows;
         let place = self
@@ -258,6 +261,8 @@ pub struct CountedAnswers {
     pub rows: Vec<Results>,
     /// Questions of the batch that were not asked, or not yet, or cannot be asked; they are not counted.
     pub unasked: usize,
+    /// Runs that are not counted: how many, and why.
+    pub left_out: Vec<String>,
     /// How far the test split is that may not be counted yet.
     pub locked: Option<String>,
     /// What they are compared with.

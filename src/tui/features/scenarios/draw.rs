@@ -93,6 +93,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 /// Columns beside the longest name: signs before it, a word on whose values stand there, a gap.
 const EXTRA_COLUMNS: usize = 16;
 
+/// Columns of a name that are left beside whose values stand there.
+const LEAST_NAME: usize = 12;
+
 /// How many there are, and in what order.
 fn title(model: &Model, room: usize) -> Line<'static> {
     let list = &model.list;
@@ -124,7 +127,7 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     let turned = if list.turned { ", reversed" } else { "" };
     match (list.order, list.order.unit()) {
         (Order::Found, _) if !list.turned => {}
-        (Order::Found, _) => add(" reversed".into()),
+        (Order::Found, _) => add(" by path, reversed".into()),
         (Order::Measure(measure), "") => {
             add(format!(" by {}{turned}", measure.axis_name(measure.id)))
         }
@@ -143,8 +146,17 @@ fn title(model: &Model, room: usize) -> Line<'static> {
         }
     }
     // Which way the numbers go that stand behind the names.
-    let ways = [" · severity, 0 = contact", " · 0 = contact"];
+    let ways = [" · sev 0 = contact", " · 0 = contact"];
     let said = usize::from(list.order == Order::Severity);
+    // With words, the best match is first; the bundled ones are in an order of their own.
+    let is_by_path = list.order == Order::Found && !list.turned && !list.read.has_words();
+    let usual = " by path";
+    if is_by_path
+        && !model.paths.is_empty()
+        && title.width() + usual.len() + ways[1].width() <= room
+    {
+        title.push_str(usual);
+    }
     let fits = |words: &&str| title.width() + words.width() <= room;
     let way = ways.into_iter().skip(said).find(fits);
     Line::from(title + way.unwrap_or_default())
@@ -240,16 +252,19 @@ fn scenario(
     let used: usize = columns.iter().map(|c| c.width()).sum();
     let opened = model.opened.as_ref();
     let planned = model.planned().is_some();
-    let other = (planned || model.taken.is_some()) && model.list.opened == Some(place);
+    let variant = model.variant().is_some_and(|shown| shown.changed);
+    let own = !(planned || variant || model.taken.is_some());
+    let other = !own && model.list.opened == Some(place);
     let taken = opened.filter(|_| other && model.opening.is_none());
     let mut room = width.saturating_sub(used + 2);
-    // Whose values stand there, where there is room for it.
-    let whose = match model.variant() {
-        Some(shown) if other && shown.changed => " variant",
-        _ => " planned",
+    // Whose values stand there; the name is cut for it.
+    let whose = if other && variant {
+        " variant"
+    } else {
+        " planned"
     };
-    let planned = (taken.is_some() && planned) || (!other && row.planned.is_some());
-    let says = planned && row.entry.name.width() + whose.len() <= room;
+    let known = (taken.is_some() && (planned || variant)) || (!other && row.planned.is_some());
+    let says = known && room >= whose.len() + LEAST_NAME;
     room -= if says { whose.len() } else { 0 };
     let mut line = name(model, row, room, matching);
     if says {

@@ -265,9 +265,9 @@ fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> Vec<M
         marks.push(mark(first, '(', "", theme.accent));
         marks.push(mark(last, ')', "", theme.accent));
     }
-    if let Some(window) = model.window() {
-        marks.push(mark(window.first(), '[', "", theme.title));
-        marks.push(mark(window.last(), ']', "", theme.title));
+    if let Some((first, last)) = model.shown_window() {
+        marks.push(mark(first, '[', "", theme.title));
+        marks.push(mark(last, ']', "", theme.title));
     }
     marks
 }
@@ -297,8 +297,8 @@ fn marks_row(
     for mark in placed {
         row.words_beside(mark.at, &mark.words, mark.style);
     }
-    if let Some(window) = model.window() {
-        let (first, last) = (column(window.first()), column(window.last()));
+    if let Some((from, to)) = model.shown_window() {
+        let (first, last) = (column(from), column(to));
         let words = "window";
         // Inside it, or nowhere.
         let most = (last + 1).saturating_sub(first + words.len() + 2);

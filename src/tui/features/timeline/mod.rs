@@ -58,10 +58,7 @@ fn worst_of(series: &Series, measure: &str, obstacle: i64) -> Option<(i64, f64)>
 
 /// Plays everything over and over, then the window as it is now, then no longer.
 pub(super) fn turn_round(model: &mut Model) {
-    let window = model
-        .window()
-        .map(|w| (w.first(), w.last()))
-        .filter(|(first, last)| first < last);
+    let window = model.shown_window().filter(|(first, last)| first < last);
     let (lap, words) = match (model.clock.lap(), window) {
         (PlayRange::Once, _) => (PlayRange::Whole, "loop: everything".to_string()),
         (PlayRange::Whole, Some((first, last))) => (

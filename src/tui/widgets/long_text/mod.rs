@@ -8,6 +8,7 @@ use nearmiss_study::evaluation::claims::CheckedClaim;
 use ratatui::style::Style;
 use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
 
 use crate::theme::Theme;
 use crate::widgets::claimed::marked;
@@ -356,11 +357,11 @@ impl Reading {
             1 => ", 1 claim".into(),
             n => format!(", {n} claims"),
         };
-        let words = format!("▸ {name}, {count} {lines}{claims}{}", self.mode.hint);
-        Line::styled(
-            fit(&words, usize::from(self.width)),
-            Style::new().fg(theme.dim),
-        )
+        let width = usize::from(self.width);
+        let words = format!("▸ {name}, {count} {lines}{claims}");
+        let whole = format!("{words}{}", self.mode.hint);
+        let words = if whole.width() <= width { whole } else { words };
+        Line::styled(fit(&words, width), Style::new().fg(theme.dim))
     }
 
     /// A line, highlighted; those before it as well.

@@ -48,6 +48,39 @@ pub struct Stored {
     pub without_truth: u32,
 }
 
+impl Stored {
+    /// Which runs are not counted, and how many: `30 repeats of a question, …`.
+    #[must_use]
+    pub fn left_out(&self) -> Vec<String> {
+        let all = [
+            (
+                self.asked_again,
+                "repeats of a question, one of whose answers counts; their costs are counted",
+            ),
+            (self.other_tasks, "of tasks without a yes or no"),
+            (
+                self.unknown_ways,
+                "with a frame or techniques unknown to this version",
+            ),
+            (
+                self.other_leads,
+                "at further leads of their batch; `nearmiss evaluate BATCH` shows them",
+            ),
+            (
+                self.locked,
+                "of test splits that are not complete; `nearmiss report --batch ID` shows how far they are",
+            ),
+            (
+                self.changed,
+                "about transformed scenes; `nearmiss evaluate BATCH` shows them",
+            ),
+        ];
+        let some = all.into_iter().filter(|(count, _)| *count > 0);
+        some.map(|(count, what)| format!("{count} {what}"))
+            .collect()
+    }
+}
+
 /// Sets runs beside the truth, in the order of the runs. The verdicts are those that were stored.
 ///
 /// Where the same question was asked again, for the same sample, one attempt counts, see `attempt_rank`, and what the others

@@ -365,11 +365,13 @@ fn of_column(model: &Model) -> Text<'static> {
 /// provider, and a gap.
 fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<usize> {
     // Where there is room, the letter and the name stand in one line.
-    let letter = if least > NARROWEST { LETTER } else { 0 };
-    let needed = ids
-        .iter()
-        .map(|id| least.max(bare(id).width() + 1 + letter));
-    let needed: Vec<usize> = needed.chain(last).collect();
+    let with = |letter: usize| -> Vec<usize> {
+        let ids = ids.iter();
+        let needed = ids.map(|id| least.max(bare(id).width() + 1 + letter));
+        needed.chain(last).collect()
+    };
+    let fits = |all: &Vec<usize>| all.iter().sum::<usize>() <= room;
+    let needed = Some(with(LETTER)).filter(fits).unwrap_or_else(|| with(0));
     let count = needed.len().max(1);
     let sum: usize = needed.iter().sum();
     if sum <= room {

@@ -71,10 +71,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     f.render_widget(Clear, area);
     f.render_widget(Block::new().style(theme.base()), area);
     let gaps_rows = (area.height * GAPS.1 / 100).max(GAPS.0);
-    let [maps, below] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(gaps_rows)]).areas(area);
     let drives = drives(model, &strip);
-    let parts = Layout::vertical(vec![Constraint::Fill(1); drives.len()]).split(maps);
+    // Maps of one size show the same part of the road.
+    let count = drives.len() as u16;
+    let each = area.height.saturating_sub(gaps_rows) / count;
+    let [maps, below] =
+        Layout::vertical([Constraint::Length(each * count), Constraint::Min(0)]).areas(area);
+    let parts = Layout::vertical(vec![Constraint::Length(each); drives.len()]).split(maps);
     for ((name, color, _, moment), part) in drives.iter().zip(parts.iter()) {
         let title = title(
             model,
@@ -102,12 +105,26 @@ fn draw_gaps(
     drives: &[Drive<'_>],
 ) {
     let theme = &model.theme;
-    let mut title = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
-    title.extend(drives.iter().map(|(name, color, dash, _)| {
-        let words = format!("{} {name}", dash.sign());
-        vec![Span::styled(words, Style::new().fg(*color))]
-    }));
-    let mut title = fitting(title, usize::from(area.width).saturating_sub(4));
+    let named = |signs: bool| {
+        let mut parts = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
+        parts.extend(drives.iter().map(|(name, color, dash, _)| {
+            let sign = if signs { dash.sign() } else { "" };
+            let words = format!("{sign} {name}");
+            vec![Span::styled(
+                words.trim_start().to_string(),
+                Style::new().fg(*color),
+            )]
+        }));
+        parts
+    };
+    // All are named; where there is little room without their lines, which have their names at their ends, too.
+    let room = usize::from(area.width).saturating_sub(4);
+    let full = fitting(named(true), usize::MAX);
+    let mut title = if full.width() <= room {
+        full
+    } else {
+        fitting(named(false), room)
+    };
     title.spans.insert(0, " ".into());
     title.push_span(" ");
     let block = Block::bordered()

@@ -237,7 +237,7 @@ pub fn overlays(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
                 role: Role::RecordedEgo,
                 faint: false,
                 rings: body.outlines(),
-                name: Some("recorded".into()),
+                name: Some("ego recorded".into()),
             })
         }));
     }
@@ -358,14 +358,34 @@ pub fn labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view:
         let Some(at) = place(opened, goal, view) else {
             continue;
         };
+        // Where vehicles hide its middle, beside a corner.
+        let at = view.at(&at);
+        let corners = corners(goal, view).into_iter();
+        let spots: Vec<(f64, f64)> = std::iter::once(at).chain(corners).collect();
         // All of it where there is room, else when, else at least that it is a goal.
         let (all, when) = (
             goal_label(goal, dt),
             format!("goal {}", goal_seconds(goal, dt)),
         );
         let mut texts = [all.as_str(), &when, "goal"].into_iter();
-        texts.any(|text| board.has_room(text) && board.beside_point(view.at(&at), text, style));
+        texts.any(|text| {
+            let mut spots = spots.iter();
+            board.has_room(text) && spots.any(|at| board.beside_point(*at, text, style))
+        });
     }
+}
+
+/// The corners of the regions of a goal, those to be seen.
+fn corners(goal: &Goal, view: &CellView) -> Vec<(f64, f64)> {
+    let regions = goal.positions.iter().filter_map(|position| match position {
+        Position::Region(region) => Some(region.outlines()),
+        Position::Point(_) | Position::Lanelets(_) => None,
+    });
+    let points = regions.flatten().flatten();
+    points
+        .filter(|p| view.sees_point(p))
+        .map(|p| view.at(&p))
+        .collect()
 }
 
 /// The place of a goal that is seen nearest to the middle of the map.

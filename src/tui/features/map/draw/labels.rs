@@ -84,10 +84,14 @@ pub fn draw(
 /// Keeps words away from bodies.
 pub fn reserve_bodies(board: &mut LabelPlacer<'_>, scene: &MapScene<'_>, view: &CellView) {
     for body in scene.bodies.iter().chain(&scene.ego) {
-        for ring in &body.rings {
-            let rows = board.rows(ring, view);
-            board.taken.extend(rows);
-        }
+        let corners = body.rings.iter().flatten().map(|p| view.at(p));
+        let Some(around) = Body::around(corners) else {
+            continue;
+        };
+        let rows = body.rings.iter().flat_map(|ring| board.rows(ring, view));
+        let rows: Vec<Area> = rows.collect();
+        board.taken.extend(&rows);
+        board.bodies.push((board.cells(&around), rows));
     }
 }
 
@@ -95,7 +99,7 @@ pub fn reserve_bodies(board: &mut LabelPlacer<'_>, scene: &MapScene<'_>, view: &
 const OUT_OF_SIGHT: i32 = 1_000_000;
 
 /// A box of cells, the ends not in it.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Area {
     x: (i32, i32),
     y: (i32, i32),
@@ -111,6 +115,12 @@ impl Area {
 
     fn meets(&self, other: &Self) -> bool {
         self.x.0 < other.x.1 && other.x.0 < self.x.1 && self.y.0 < other.y.1 && other.y.0 < self.y.1
+    }
+
+    /// How many columns away the other one is, a row for two; 1 where they are side by side.
+    fn distance(&self, other: &Self) -> i32 {
+        let apart = |a: (i32, i32), b: (i32, i32)| (b.0 - a.1 + 1).max(a.0 - b.1 + 1).max(0);
+        apart(self.x, other.x) + 2 * apart(self.y, other.y)
     }
 }
 
@@ -149,6 +159,8 @@ pub struct LabelPlacer<'a> {
     /// Behind words, where the road has a colour.
     ground: Option<Color>,
     taken: Vec<Area>,
+    /// What the cells of each body are in, and they row by row.
+    bodies: Vec<(Area, Vec<Area>)>,
 }
 
 /// The part of the map's width that a long label may take: a third.
@@ -163,6 +175,7 @@ impl<'a> LabelPlacer<'a> {
             half: view.half,
             ground,
             taken: Vec::new(),
+            bodies: Vec::new(),
         }
     }
 
@@ -256,41 +269,45 @@ impl<'a> LabelPlacer<'a> {
         columns(words) * SHARE <= i32::from(self.area.width)
     }
 
-    /// Writes words beside a body, where they cover neither anything written nor anything reserved; says whether there
-    /// was room.
+    /// Writes words beside a body, where they cover neither anything written nor anything reserved and no other body is
+    /// nearer to them; says whether there was room.
     pub fn beside(&mut self, body: &Area, words: &str, style: Style) -> bool {
-        let width = columns(words);
-        let (right, left) = (body.x.1 + 1, body.x.0 - 1 - width);
-        let (middle, over, under) = ((body.y.0 + body.y.1 - 1) / 2, body.y.0 - 1, body.y.1);
-        let centered = (body.x.0 + body.x.1 - width) / 2;
-        let spots = [
-            (right, middle),
-            (left, middle),
-            (centered, over),
-            (centered, under),
-            (right, over),
-            (right, under),
-            (left, over),
-            (left, under),
-        ];
-        let areas = spots.map(|(x, y)| Area {
-            x: (x, x + width),
-            y: (y, y + 1),
-        });
-        let free = areas.into_iter().find(|area| self.is_free(area));
-        if let Some(area) = free {
-            self.write(area, words, self.grounded(style));
+        let free: Vec<(Area, i32)> = { spots(body, columns(words)).into_iter() }
+            .filter(|area| self.is_free(area))
+            .map(|area| (area, self.nearest_other(body, &area) - area.distance(body)))
+            .collect();
+        // Best where nobody takes them for the name of another one; what is only an outline may have its name there alone.
+        let is_body = self.bodies.iter().any(|(around, _)| around == body);
+        let least = if is_body { [1, 0] } else { [1, 1] };
+        let area = { least.into_iter() }
+            .find_map(|least| free.iter().find(|(_, margin)| *margin >= least));
+        if let Some((area, _)) = area {
+            self.write(*area, words, self.grounded(style));
         }
-        free.is_some()
+        area.is_some()
     }
 
-    /// The same beside a point of the canvas.
+    /// How far the nearest body but this one is.
+    fn nearest_other(&self, body: &Area, area: &Area) -> i32 {
+        let others = self.bodies.iter().filter(|(around, _)| around != body);
+        let rows = others.flat_map(|(_, rows)| rows);
+        let nearest = rows.map(|row| row.distance(area)).min();
+        nearest.unwrap_or(OUT_OF_SIGHT)
+    }
+
+    /// Writes words beside a point of the canvas, where they cover neither anything written nor anything reserved; says
+    /// whether there was room.
     pub fn beside_point(&mut self, (x, y): (f64, f64), words: &str, style: Style) -> bool {
         let cell = self.cells(&Body {
             x: (x, x),
             y: (y, y),
         });
-        self.beside(&cell, words, style)
+        let mut spots = spots(&cell, columns(words)).into_iter();
+        let free = spots.find(|area| self.is_free(area));
+        if let Some(area) = free {
+            self.write(area, words, self.grounded(style));
+        }
+        free.is_some()
     }
 
     fn grounded(&self, style: Style) -> Style {
@@ -317,6 +334,32 @@ impl<'a> LabelPlacer<'a> {
         self.buffer.set_string(x, y, words, style);
         self.taken.push(area.wider());
     }
+}
+
+/// Where words of so many columns may stand beside a body, the best first.
+fn spots(body: &Area, width: i32) -> [Area; 12] {
+    let (right, left) = (body.x.1 + 1, body.x.0 - 1 - width);
+    let (middle, over, under) = ((body.y.0 + body.y.1 - 1) / 2, body.y.0 - 1, body.y.1);
+    let centered = (body.x.0 + body.x.1 - width) / 2;
+    let (from_left, to_right) = (body.x.0, body.x.1 - width);
+    let spots = [
+        (right, middle),
+        (left, middle),
+        (centered, over),
+        (centered, under),
+        (from_left, over),
+        (from_left, under),
+        (to_right, over),
+        (to_right, under),
+        (right, over),
+        (right, under),
+        (left, over),
+        (left, under),
+    ];
+    spots.map(|(x, y)| Area {
+        x: (x, x + width),
+        y: (y, y + 1),
+    })
 }
 
 fn columns(words: &str) -> i32 {
@@ -481,6 +524,29 @@ fn fitting(entries: Vec<Entry>, room: usize) -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nearmiss_base::geometry::Pose;
+
+    #[test]
+    fn a_label_stands_where_no_other_body_is_nearer_or_nowhere() {
+        let area = Rect::new(0, 0, 18, 2);
+        let view = CellView::new(Pose::new(0.0, 0.0, 0.0), (9.0, 2.0), (1.0, 2.0));
+        let mut buffer = Buffer::empty(area);
+        let mut board = LabelPlacer::new(&mut buffer, area, &view, None);
+        // Two vehicles in the first row, one behind the other.
+        let [ours, other] = [(0, 4), (5, 9)].map(|x| Area { x, y: (0, 1) });
+        for body in [ours, other] {
+            board.taken.push(body);
+            board.bodies.push((body, vec![body]));
+        }
+        assert!(board.beside(&ours, "one", Style::new()));
+        assert!(!board.beside(&ours, "again", Style::new()), "nearer to two");
+        assert!(board.beside(&other, "two", Style::new()));
+        let rows: Vec<String> = { buffer.content.chunks(18) }
+            .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
+            .collect();
+        assert_eq!(rows[0].trim_end(), "          two");
+        assert_eq!(rows[1].trim_end(), "one");
+    }
 
     #[test]
     fn what_does_not_fit_is_left_out_whole() {

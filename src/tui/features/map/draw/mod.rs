@@ -150,10 +150,11 @@ fn one(
 ) -> bodies::Placed {
     let view = seen(model, area, moment);
     register(model, area, view.frame, view.cell, second);
-    paint(f, area, model, moment, &view)
+    paint(f, area, model, moment, &view, true)
 }
 
-/// A map in cells that the mouse does not reach, as another moment is seen.
+/// A map in cells that the mouse does not reach, as another moment is seen; among several of them goals have no labels,
+/// which would have room in some alone.
 pub fn still(
     f: &mut Frame<'_>,
     area: Rect,
@@ -163,7 +164,7 @@ pub fn still(
 ) {
     if area.width >= 4 && area.height >= 2 {
         let view = seen(model, area, as_of);
-        paint(f, area, model, moment, &view);
+        paint(f, area, model, moment, &view, false);
     }
 }
 
@@ -173,6 +174,7 @@ fn paint(
     model: &Model,
     moment: &Moment<'_>,
     view: &CellView,
+    goals: bool,
 ) -> bodies::Placed {
     let look = look(model);
     let page = page(view, area, look.style.samples());
@@ -188,7 +190,14 @@ fn paint(
     };
     let picture = page.draw(&request, &scene, &palette, workbench);
     cells::draw(f.buffer_mut(), area, &picture, &look);
-    write(f, area, model, moment, &scene, view)
+    let ground = (look.style.has_backgrounds()).then_some(look.theme.map_ground);
+    let mut board = LabelPlacer::new(f.buffer_mut(), area, view, ground);
+    let lights = write(&mut board, model, moment, &scene, view);
+    if goals {
+        bodies::labels(&mut board, model, moment.opened, view);
+    }
+    let posts = bodies::signs(&mut board, model, &scene, view);
+    bodies::Placed { lights, posts }
 }
 
 /// The page of a map in an area, whose characters have so many samples across and down.
@@ -272,36 +281,28 @@ fn with_layers<'a>(mut scene: MapScene<'a>, model: &'a Model, moment: &Moment<'a
     scene
 }
 
-/// Signs and words on top; what has to be where it is comes first.
+/// Signs and words on top; what has to be where it is comes first. Says whether there are lights.
 fn write(
-    f: &mut Frame<'_>,
-    area: Rect,
+    board: &mut LabelPlacer<'_>,
     model: &Model,
     moment: &Moment<'_>,
     scene: &MapScene<'_>,
     view: &CellView,
-) -> bodies::Placed {
+) -> bool {
     let look = &look(model);
-    let ground = look
-        .style
-        .has_backgrounds()
-        .then_some(look.theme.map_ground);
-    let mut board = LabelPlacer::new(f.buffer_mut(), area, view, ground);
-    bodies::arrows(&mut board, look, scene, view);
-    bodies::contacts(&mut board, look, scene, view);
-    labels::reserve_bodies(&mut board, scene, view);
-    let lights = bodies::lights(&mut board, model, scene, view);
-    bodies::tape_ends(&mut board, model, moment, view);
-    labels::draw(&mut board, model, moment, scene, view);
-    bodies::label(&mut board, model, moment, view);
-    names(&mut board, look, scene, view);
+    bodies::arrows(board, look, scene, view);
+    bodies::contacts(board, look, scene, view);
+    labels::reserve_bodies(board, scene, view);
+    let lights = bodies::lights(board, model, scene, view);
+    bodies::tape_ends(board, model, moment, view);
+    labels::draw(board, model, moment, scene, view);
+    bodies::label(board, model, moment, view);
+    names(board, look, scene, view);
     if scene.contacts.is_empty() {
-        bodies::seconds(&mut board, model, moment, view);
+        bodies::seconds(board, model, moment, view);
     }
-    bodies::ends(&mut board, model, moment, view);
-    bodies::labels(&mut board, model, moment.opened, view);
-    let posts = bodies::signs(&mut board, model, scene, view);
-    bodies::Placed { lights, posts }
+    bodies::ends(board, model, moment, view);
+    lights
 }
 
 fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {

@@ -87,10 +87,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     model.drawn.time_scale(axes.plot);
 }
 
-/// The window that is judged, in seconds.
+/// The window that is shown, in seconds.
 fn window(model: &Model, dt: f64) -> Option<(f64, f64)> {
-    let window = model.window()?;
-    Some((window.first() as f64 * dt, window.last() as f64 * dt))
+    let (first, last) = model.shown_window()?;
+    Some((first as f64 * dt, last as f64 * dt))
 }
 
 /// The contact or else the moment that matters, and the most dangerous value of all.
