@@ -6,6 +6,7 @@ mod obstacle;
 mod planning;
 pub mod plausibility;
 pub mod prediction;
+mod references;
 mod road;
 mod scene;
 mod summary;
@@ -20,6 +21,7 @@ pub use network::{
 };
 pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem, Position, Quantity, State, Steps};
+pub use references::Referable;
 pub use road::{
     Destination, DirectedLanelet, Direction, DrivableArea, Lane, LaneGraph, LaneRelation,
     LaneRelations, Leg, Route, RouteError, Side,
