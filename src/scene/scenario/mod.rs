@@ -1,5 +1,6 @@
 //! Scenarios: the road network, road users and planning problems; immutable once read.
 
+mod crop;
 pub mod identity;
 mod network;
 mod obstacle;
@@ -14,6 +15,7 @@ pub mod track;
 mod transform;
 mod vehicle;
 
+pub use crop::{Around, AroundError, Centre, Crop, CropError, Cropped};
 pub use identity::{ContentHash, HashedBeginning};
 pub use network::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletNetwork, LightPhase, Sign,
