@@ -1,6 +1,7 @@
 //! Scenarios: the road network, road users and planning problems; immutable once read.
 
 mod crop;
+mod difference;
 pub mod identity;
 mod network;
 mod obstacle;
@@ -16,6 +17,7 @@ mod transform;
 mod vehicle;
 
 pub use crop::{Around, AroundError, Centre, Crop, CropError, Cropped};
+pub use difference::{Changed, Differences, ElementDifferences, FieldDifference};
 pub use identity::{ContentHash, HashedBeginning};
 pub use network::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletNetwork, LightPhase, Sign,
