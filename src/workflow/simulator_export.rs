@@ -40,6 +40,9 @@ pub struct ExportRequest<'a> {
     pub road_file: &'a str,
 }
 
+/// A scenario, and its ego where it has one.
+type WithEgo = (Arc<Scenario>, Option<Ego>);
+
 /// A scenario with its ego, where it has one, as it is written for other programs; nothing where `cancel` asked for an end.
 ///
 /// # Errors
@@ -49,7 +52,7 @@ pub fn scene_to_export(
     ego: &SimulatedEgo,
     settings: &Settings,
     cancel: &Cancel,
-) -> Result<Option<(Arc<Scenario>, Option<Ego>)>, String> {
+) -> Result<Option<WithEgo>, String> {
     let named = |error: String| named(entry, error);
     let selection = match ego {
         SimulatedEgo::Follows(selection) => selection,
