@@ -76,7 +76,7 @@ impl Span {
         let worst = |by| worst_step(scene, thresholds, by);
         let at = self
             .at
-            .map(|at| at.step(&steps, scene.scenario.dt(), worst));
+            .map(|at| at.step("--at", &steps, scene.scenario.dt(), worst));
         // The paper's safety inference looks at a window that ends two steps before the last one.
         let back = if task == Some(Task::Safety) {
             Window::AFTER_SAFETY
@@ -134,6 +134,14 @@ pub enum WorstBy {
 
 nearmiss_record::named!(WorstBy);
 
+/// A moment that is named by its time.
+pub fn moment(word: &str) -> Result<At, String> {
+    match word.parse() {
+        Ok(at @ (At::Step(_) | At::Seconds(_))) => Ok(at),
+        _ => Err("expected a time step (32) or seconds (3.2s)".into()),
+    }
+}
+
 /// What can be written after `--at`.
 pub const AT: &str = "STEP|SECONDS|worst[:risk|ttc|distance]";
 
@@ -180,12 +188,13 @@ impl fmt::Display for At {
 }
 
 impl At {
-    /// The step among `steps` that are `dt` seconds apart; `worst` finds the worst one.
+    /// The step among `steps` that are `dt` seconds apart; `worst` finds the worst one, and `option` is where it was named.
     ///
     /// # Errors
     /// There is no such step, or no obstacle by which one is worse than another.
     pub fn step(
         self,
+        option: &str,
         steps: &Range<i64>,
         dt: f64,
         worst: impl FnOnce(WorstBy) -> Option<i64>,
@@ -197,7 +206,7 @@ impl At {
             Self::Worst(by) => {
                 return worst(by).ok_or_else(|| {
                     Failure::input(format!(
-                        "--at {self}: no obstacle is there with the ego, none has a value, or there is no ego; name a step",
+                        "{option} {self}: no obstacle is there with the ego, none has a value, or there is no ego; name a step",
                     ))
                 });
             }
@@ -207,7 +216,7 @@ impl At {
         }
         let (first, last) = (steps.start, steps.end - 1);
         Err(Failure::input(format!(
-            "--at {self}: the recording has steps {first} to {last} ({:.1} s to {:.1} s)",
+            "{option} {self}: the recording has steps {first} to {last} ({:.1} s to {:.1} s)",
             first as f64 * dt,
             last as f64 * dt
         )))
@@ -239,10 +248,15 @@ mod tests {
         assert_eq!("worst".parse(), Ok(At::Worst(WorstBy::Severity)));
         assert_eq!("worst:risk".parse(), Ok(At::Worst(WorstBy::Risk)));
         assert_eq!(At::Worst(WorstBy::Ttc).to_string(), "worst:ttc");
+        assert_eq!(moment("2s"), Ok(At::Seconds(2.0)));
+        assert!(moment("worst").is_err());
         for wrong in ["", "s", "3.2", "nans", "best", "worst:", "worst:drac"] {
             assert!(wrong.parse::<At>().is_err(), "{wrong}");
         }
-        let step = |at: At| at.step(&(0..50), 0.1, |_| Some(7)).map_err(|f| f.message);
+        let step = |at: At| {
+            at.step("--at", &(0..50), 0.1, |_| Some(7))
+                .map_err(|f| f.message)
+        };
         assert_eq!(step(At::Seconds(3.2)).unwrap(), 32);
         assert_eq!(step(At::Worst(WorstBy::Severity)).unwrap(), 7);
         let error = step(At::Seconds(9.0)).unwrap_err();

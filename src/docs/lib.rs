@@ -35,6 +35,8 @@ topics! {
         "Claims, answers side by side and blind, many at once, history, results";
     scenarios, "scenarios", "scenarios.md", ["inspect", "convert"],
         "File formats, where the ego comes from, the bundled scenarios";
+    parts, "parts", "parts.md", [],
+        "A part of a scenario in time and space, and what differs between two";
     tracks, "tracks", "tracks.md", [],
         "Your own recordings: tables of tracks in CSV, Parquet, Arrow, JSON lines, and maps beside them";
     simulators, "simulators", "simulators.md", [],

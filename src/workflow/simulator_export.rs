@@ -28,15 +28,20 @@ pub enum SimulatedEgo {
 /// What is exported.
 #[derive(Debug, Clone, Copy)]
 pub struct ExportRequest<'a> {
-    /// The scenario.
+    /// Where the scenario is from.
     pub entry: &'a Entry,
-    /// Its ego.
-    pub ego: &'a SimulatedEgo,
+    /// It, or the part of it that is exported.
+    pub scenario: &'a Scenario,
+    /// The ego in it.
+    pub ego: Option<&'a Ego>,
+    /// Whether the ego only begins there, for a driver under test.
+    pub is_free: bool,
     /// The name of the file with the roads.
     pub road_file: &'a str,
-    /// How an ego is planned.
-    pub settings: &'a Settings,
 }
+
+/// A scenario, and its ego where it has one.
+type WithEgo = (Arc<Scenario>, Option<Ego>);
 
 /// A scenario with its ego, where it has one, as it is written for other programs; nothing where `cancel` asked for an end.
 ///
@@ -47,7 +52,7 @@ pub fn scene_to_export(
     ego: &SimulatedEgo,
     settings: &Settings,
     cancel: &Cancel,
-) -> Result<Option<(Arc<Scenario>, Option<Ego>)>, String> {
+) -> Result<Option<WithEgo>, String> {
     let named = |error: String| named(entry, error);
     let selection = match ego {
         SimulatedEgo::Follows(selection) => selection,
@@ -102,34 +107,26 @@ fn named(entry: &Entry, error: String) -> String {
     }
 }
 
-/// The files of a scenario for simulators; nothing where `cancel` asked for an end.
+/// The files of a scenario for simulators.
 ///
 /// # Errors
-/// As [`scene_to_export`].
-pub fn export_to_simulator(
-    request: &ExportRequest<'_>,
-    cancel: &Cancel,
-) -> Result<Option<(Arc<Scenario>, Exported)>, String> {
+/// It cannot be written: in words that begin with the file.
+pub fn export_to_simulator(request: &ExportRequest<'_>) -> Result<Exported, String> {
     let entry = request.entry;
-    let scene = scene_to_export(entry, request.ego, request.settings, cancel)?;
-    let Some((scenario, ego)) = scene else {
-        return Ok(None);
-    };
-    let exported = match (request.ego, &ego) {
-        (_, None) => ExportedEgo::Missing,
-        (SimulatedEgo::Free, Some(ego)) => ExportedEgo::Free(ego),
-        (_, Some(ego)) => ExportedEgo::Follows(ego),
+    let exported = match request.ego {
+        None => ExportedEgo::Missing,
+        Some(ego) if request.is_free => ExportedEgo::Free(ego),
+        Some(ego) => ExportedEgo::Follows(ego),
     };
     let (properties, about) = variant(entry);
     let export = Export {
-        scenario: &scenario,
+        scenario: request.scenario,
         ego: exported,
         road_file: request.road_file,
         properties: &properties,
         about: &about,
     };
-    let written = write_openscenario(&export).map_err(|e| named(entry, e.to_string()))?;
-    Ok(Some((scenario, written)))
+    write_openscenario(&export).map_err(|e| named(entry, e.to_string()))
 }
 
 /// An ego at the start of a planning problem, of usual size.

@@ -178,6 +178,10 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         ),
         ("inspect", vec!["inspect", CUT_IN, "--format=json"]),
         (
+            "inspect-diff",
+            vec!["inspect", CUT_IN, BRAKING, "--diff", "--format=json"],
+        ),
+        (
             "inspect-folder",
             vec!["inspect", "variants", "--format=json"],
         ),

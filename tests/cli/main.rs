@@ -16,6 +16,7 @@ mod chats;
 mod claims;
 mod convert;
 mod crashed;
+mod cropped;
 mod doctor;
 mod egos;
 #[path = "../domain/protobuf/encode.rs"]

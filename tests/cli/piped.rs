@@ -14,6 +14,7 @@ const WRITING: &[&[&str]] = &[
     &["runs", "export", "--help"],
     &["inspect", CUT_IN],
     &["inspect", CUT_IN, "--format=json"],
+    &["inspect", CUT_IN, CUT_IN, "--diff"],
     &["convert", CUT_IN],
     &["metrics", CUT_IN],
     &["metrics", CUT_IN, "--format", "json"],

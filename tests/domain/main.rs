@@ -4,6 +4,7 @@ mod answers;
 mod bundled;
 mod claims;
 mod commonroad;
+mod crop;
 mod egos;
 mod generating;
 mod generation;

@@ -1,13 +1,14 @@
 //! A scenario in each of the formats that `convert` writes, and what is said of it.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nearmiss_base::system;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::commonroad::{conform, write, write_2018b};
 use nearmiss_formats::{
-    EgoError, Entry, EntryLocation, TableShape, USUAL_VEHICLE, find_recording, write_recording,
+    Entry, EntryLocation, TableShape, USUAL_VEHICLE, find_recording, write_recording,
     write_sized_recording, write_tables,
 };
 use nearmiss_record::Format;
@@ -17,6 +18,7 @@ use nearmiss_workflow::{
 };
 
 use super::Converted;
+use super::crop::CropOptions;
 use super::target::{HIGHD_TRACKS, ROADS, Target};
 use crate::open::configuration;
 use crate::{Failure, output};
@@ -35,9 +37,10 @@ impl Converted {
 pub(super) fn commonroad(
     entry: &Entry,
     file: Option<PathBuf>,
+    crop: &CropOptions,
     to_schema: bool,
 ) -> Result<Converted, Failure> {
-    let scenario = entry.read().map_err(Failure::input)?;
+    let (scenario, mut done) = begun(entry, file.as_deref(), crop, to_schema)?;
     let conformed = conform(&scenario);
     let name = &entry.name;
     let written = if to_schema {
@@ -46,7 +49,6 @@ pub(super) fn commonroad(
         &scenario
     };
     let bytes = write(written).map_err(Failure::input)?;
-    let mut done = beside(entry, &scenario, file.as_deref());
     done.add(file, bytes);
     let said = &mut done.said;
     said.extend(read_in_words(entry, &scenario));
@@ -71,27 +73,43 @@ pub(super) fn commonroad(
     Ok(done)
 }
 
-/// What is beside a scenario of CommonRoad: its ego.
-fn beside(entry: &Entry, scenario: &Scenario, file: Option<&Path>) -> Converted {
+/// A scenario of CommonRoad, or the part of it that is written, and what is beside it: its ego.
+fn begun(
+    entry: &Entry,
+    file: Option<&Path>,
+    crop: &CropOptions,
+    from_zero: bool,
+) -> Result<(Arc<Scenario>, Converted), Failure> {
     let name = &entry.name;
     let mut done = Converted::default();
-    match (file, ego_recording(entry, scenario)) {
-        (_, Ok(None)) => {}
+    let scenario = entry.read().map_err(Failure::input)?;
+    let ego = entry.recorded_ego(&scenario).unwrap_or_else(|error| {
+        let said = format!("{name}: the ego is left out: {error}");
+        done.said.push(said);
+        None
+    });
+    let unchanged = ego.as_ref().filter(|_| !crop.cuts_time());
+    let copied = unchanged.and_then(|ego| as_it_is(entry, &scenario, ego));
+    let part = crop.apply(entry, scenario, ego, from_zero)?;
+    done.said.extend(part.said);
+    match (file, part.ego) {
+        (_, None) => {}
         // Before the scenario, so that it is never there without.
-        (Some(path), Ok(Some(recording))) => done.files.push((ego_beside(path), recording)),
-        (None, Ok(Some(_))) => done.said.push(format!(
+        (Some(path), Some(ego)) => {
+            let recording = copied.or_else(|| recording(&ego));
+            done.files
+                .extend(recording.map(|bytes| (ego_beside(path), bytes)));
+        }
+        (None, Some(_)) => done.said.push(format!(
             "{name}: the ego is left out; -o FILE.xml writes it beside the scenario"
         )),
-        (_, Err(error)) => done
-            .said
-            .push(format!("{name}: the ego is left out: {error}")),
     }
     if VariantOrigin::read(entry).is_some() {
         done.said.push(format!(
             "{name}: its manifest and the drives of good drivers are of the original file, and not copied"
         ));
     }
-    done
+    Ok((part.scenario, done))
 }
 
 /// What was noted while a scenario was read.
@@ -104,10 +122,13 @@ fn read_in_words<'a>(
 }
 
 /// A scenario as CommonRoad 2018b XML.
-pub(super) fn commonroad_2018b(entry: &Entry, file: Option<PathBuf>) -> Result<Converted, Failure> {
-    let scenario = entry.read().map_err(Failure::input)?;
+pub(super) fn commonroad_2018b(
+    entry: &Entry,
+    file: Option<PathBuf>,
+    crop: &CropOptions,
+) -> Result<Converted, Failure> {
+    let (scenario, mut done) = begun(entry, file.as_deref(), crop, false)?;
     let (bytes, lost) = write_2018b(&scenario).map_err(Failure::input)?;
-    let mut done = beside(entry, &scenario, file.as_deref());
     done.add(file, bytes);
     done.said.extend(read_in_words(entry, &scenario));
     let lost = lost.into_iter();
@@ -122,35 +143,27 @@ pub(super) fn ego_beside(scenario: &Path) -> PathBuf {
     scenario.with_extension("ego_trajectory.csv")
 }
 
-/// The ego that lies with a scenario, or is in its file, as CSV; nothing where there is none.
-///
-/// A CSV file that tells all is copied byte for byte.
-///
-/// # Errors
-/// The file with the ego cannot be read.
-fn ego_recording(entry: &Entry, scenario: &Scenario) -> Result<Option<Vec<u8>>, EgoError> {
-    let Some(ego) = entry.recorded_ego(scenario)? else {
-        return Ok(None);
-    };
+/// An ego as CSV, with its size where that is not the usual one.
+fn recording(ego: &Ego) -> Option<Vec<u8>> {
     let size = ego.footprint.shape().size();
-    let is_usual = size == USUAL_VEHICLE.footprint().shape().size();
-    if is_usual && let Some(bytes) = as_it_is(entry, scenario, &ego) {
-        return Ok(Some(bytes));
-    }
-    let written = if is_usual {
+    let written = if size == usual_size() {
         write_recording(ego.id, &ego.track)
     } else {
         write_sized_recording(ego.id, &ego.track, size)
     };
     // Writing goes to memory.
-    Ok(written.ok())
+    written.ok()
 }
 
-/// The bytes of a recording in a file of its own.
+fn usual_size() -> (f64, f64) {
+    USUAL_VEHICLE.footprint().shape().size()
+}
+
+/// The bytes of a recording in a file of its own that tells all.
 fn as_it_is(entry: &Entry, scenario: &Scenario, ego: &Ego) -> Option<Vec<u8>> {
     let is_csv = matches!(ego.source, EgoSource::Recording(_)) && scenario.recorded_ego.is_none();
     match &entry.place {
-        EntryLocation::File(path) if is_csv => {
+        EntryLocation::File(path) if is_csv && ego.footprint.shape().size() == usual_size() => {
             system::read_file(&find_recording(path)?, system::LARGEST).ok()
         }
         _ => None,
@@ -167,6 +180,7 @@ fn planning() -> Result<Settings, Failure> {
 pub(super) fn openscenario(
     entry: &Entry,
     file: Option<PathBuf>,
+    crop: &CropOptions,
     ego: &SimulatedEgo,
     cancel: &Cancel,
 ) -> Result<Converted, Failure> {
@@ -177,19 +191,23 @@ pub(super) fn openscenario(
     };
     let roads = path.with_extension(ROADS);
     let road_file = roads.file_name().unwrap_or_default().to_string_lossy();
-    let request = ExportRequest {
-        entry,
-        ego,
-        road_file: &road_file,
-        settings: &planning()?,
-    };
-    let exported = export_to_simulator(&request, cancel).map_err(Failure::input)?;
-    let Some((scenario, exported)) = exported else {
+    let exported = scene_to_export(entry, ego, &planning()?, cancel).map_err(Failure::input)?;
+    let Some((whole, driven)) = exported else {
         return Ok(Converted::default());
     };
+    let part = crop.apply(entry, whole, driven, true)?;
+    let request = ExportRequest {
+        entry,
+        scenario: &part.scenario,
+        ego: part.ego.as_ref(),
+        is_free: *ego == SimulatedEgo::Free,
+        road_file: &road_file,
+    };
+    let exported = export_to_simulator(&request).map_err(Failure::input)?;
     let told = exported.notes.iter();
     let notes = told.map(|note| format!("{}: {note}", entry.name));
-    let said = read_in_words(entry, &scenario).chain(notes).collect();
+    let read = read_in_words(entry, &part.scenario).chain(notes);
+    let said = part.said.iter().cloned().chain(read).collect();
     Ok(Converted {
         // The roads first, so that a scenario is never there without them.
         files: vec![(roads, exported.roads), (path, exported.scenario)],
@@ -204,6 +222,7 @@ pub(super) fn tables(
     entry: &Entry,
     file: Option<PathBuf>,
     target: Target,
+    crop: &CropOptions,
     ego: &SimulatedEgo,
     cancel: &Cancel,
 ) -> Result<Converted, Failure> {
@@ -223,13 +242,15 @@ pub(super) fn tables(
         _ => TableShape::Tracks(Format::Csv),
     };
     let exported = scene_to_export(entry, ego, &planning()?, cancel).map_err(Failure::input)?;
-    let Some((scenario, ego)) = exported else {
+    let Some((whole, driven)) = exported else {
         return Ok(Converted::default());
     };
-    let written = write_tables(shape, &scenario, ego.as_ref())
+    let part = crop.apply(entry, whole, driven, false)?;
+    let written = write_tables(shape, &part.scenario, part.ego.as_ref())
         .map_err(|error| Failure::input(format!("{}: {error}", entry.display())))?;
+    let read = read_in_words(entry, &part.scenario);
     let mut done = Converted {
-        said: read_in_words(entry, &scenario).collect(),
+        said: part.said.iter().cloned().chain(read).collect(),
         fits: true,
         ..Converted::default()
     };

@@ -1,6 +1,7 @@
-//! `nearmiss convert`: rewrites scenarios of any format as CommonRoad XML, as OpenSCENARIO for simulators, or as tables of
-//! tracks.
+//! `nearmiss convert`: rewrites scenarios of any format, or a part of them, as CommonRoad XML, as OpenSCENARIO for
+//! simulators, or as tables of tracks.
 
+mod crop;
 mod formats;
 mod target;
 
@@ -17,6 +18,7 @@ use super::ending::interrupted;
 use super::many_files::{Failed, Job, ManyFiles, NEXT, RunJournal, Unit, holds};
 use super::open::{clash, found};
 use super::{Failure, Outcome, output};
+use crop::CropOptions;
 use formats::ego_beside;
 use target::{Target, TargetOptions};
 
@@ -45,6 +47,9 @@ pub struct Convert {
     #[command(flatten)]
     #[serde(flatten)]
     target: TargetOptions,
+    #[command(flatten)]
+    #[serde(flatten)]
+    crop: CropOptions,
 }
 
 /// Runs `convert`.
@@ -165,12 +170,14 @@ impl Conversion<'_> {
     /// Converts a scenario. Nothing is written yet.
     fn convert(&self, entry: &Entry) -> Result<Converted, Failure> {
         let file = self.file(Some(entry));
+        let (arguments, cancel) = (self.arguments, &self.cancel);
+        let crop = &arguments.crop;
         match self.target {
-            Target::CommonRoad => formats::commonroad(entry, file, self.arguments.schema),
-            Target::CommonRoad2018b => formats::commonroad_2018b(entry, file),
-            Target::OpenScenario => formats::openscenario(entry, file, &self.ego, &self.cancel),
-            Target::Tracks | Target::Interaction | Target::HighD => {
-                formats::tables(entry, file, self.target, &self.ego, &self.cancel)
+            Target::CommonRoad => formats::commonroad(entry, file, crop, arguments.schema),
+            Target::CommonRoad2018b => formats::commonroad_2018b(entry, file, crop),
+            Target::OpenScenario => formats::openscenario(entry, file, crop, &self.ego, cancel),
+            target @ (Target::Tracks | Target::Interaction | Target::HighD) => {
+                formats::tables(entry, file, target, crop, &self.ego, cancel)
             }
         }
     }

@@ -1,29 +1,27 @@
-//! `nearmiss inspect`: prints the contents and the problems of a scenario or solution, of several a row for each.
+//! `nearmiss inspect`: prints the contents and the problems of a scenario or solution, of several a row for each, or what
+//! differs between two.
 
+mod difference;
 mod document;
 mod rows;
+mod solution;
 
+pub use difference::DifferenceDocument;
 pub use document::ScenarioDocument;
+pub use solution::SolutionDocument;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nearmiss_base::system;
-use nearmiss_formats::commonroad::{
-    self, ProblemSolution, Root, Solution, SolutionState, root_of_file,
-};
+use nearmiss_formats::commonroad::{Root, root_of_file};
 use nearmiss_formats::{EGO_FILES, EgoError, Entry, EntryLocation};
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::{Diagnostic, Ego, Scenario, Scene, identity, in_short};
+use nearmiss_scene::scenario::{Ego, Scenario, Scene, in_short};
 use nearmiss_settings::Folders;
-use nearmiss_workflow::{OpenedScene, Overview, ScenarioRow, Verdicts};
-use schemars::JsonSchema;
-use serde::Serialize;
-use serde_json::Value;
+use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, ScenarioRow, Verdicts};
 
 use super::open::{self, EgoChoice, stand_in, user_thresholds};
-use super::{Failure, Outcome, json, output};
+use super::{Failure, Outcome, output};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
@@ -39,6 +37,9 @@ pub struct Inspect {
     /// The most severe N rows.
     #[arg(long, value_name = "N")]
     top: Option<usize>,
+    /// What differs between two scenarios, and the moment that matters of each; status 1 if anything does.
+    #[arg(long, conflicts_with_all = ["terms", "top"])]
+    diff: bool,
     /// Form of the output; of one scenario `table` is its page and `json` everything in it [default: from the file name,
     /// else table].
     #[arg(long, value_enum)]
@@ -99,6 +100,9 @@ pub fn run(arguments: &Inspect) -> Outcome {
     let known = (ENDINGS, ".txt, .csv, .json, .jsonl, .ndjson and .parquet");
     let file = arguments.output.file();
     let format = output::format_of(arguments.format, file, Format::Table, known)?;
+    if arguments.diff {
+        return difference::run(arguments, format);
+    }
     if arguments.asks_for_rows(format) {
         return match arguments.files.as_slice() {
             _ if arguments.ego.is_beside() => rows::run(arguments, format),
@@ -122,8 +126,42 @@ pub fn run(arguments: &Inspect) -> Outcome {
                 path.display()
             )));
         }
-        return inspect_solution(path, as_json);
+        return solution::inspect(path, as_json);
     }
+    let looked = of_entry(entry, arguments)?;
+    let row = looked.ego().map(|_| looked.row()).transpose()?;
+    let Looked {
+        entry,
+        scenario,
+        ego,
+        ..
+    } = &looked;
+    if as_json {
+        let document = ScenarioDocument::new(entry, scenario, ego, row.as_ref());
+        output::document(&document)?;
+    } else {
+        let moment = row.as_ref().and_then(moment_words);
+        output::text(&summary(&looked, moment.as_deref()))?;
+    }
+    // The scenario is shown all the same.
+    looked.ego.map(|_| ()).map_err(open::advised)
+}
+
+/// A scenario with its ego, or why it has none.
+struct Looked {
+    entry: Entry,
+    scenario: Arc<Scenario>,
+    ego: Result<Option<Ego>, EgoError>,
+    /// Why none lies beside it.
+    lacks: String,
+}
+
+/// The scenario that an argument means.
+fn look(file: &Path, arguments: &Inspect) -> Result<Looked, Failure> {
+    of_entry(open::entry(file)?, arguments)
+}
+
+fn of_entry(entry: Entry, arguments: &Inspect) -> Result<Looked, Failure> {
     let wanted = arguments.ego.wanted(std::slice::from_ref(&entry))?;
     let scenario = entry.read().map_err(Failure::input)?;
     let mut lacks = String::from("no recording found");
@@ -137,32 +175,38 @@ pub fn run(arguments: &Inspect) -> Outcome {
         }
         ego => ego,
     };
-    let row = { ego.as_ref().ok().and_then(Option::as_ref) }
-        .map(|ego| row(&entry, &scenario, ego))
-        .transpose()?;
-    if as_json {
-        let document = ScenarioDocument::new(&entry, &scenario, &ego, row.as_ref());
-        output::document(&document)?;
-    } else {
-        let moment = row.as_ref().and_then(moment_words);
-        output::text(&summary(&entry, &scenario, &ego, &lacks, moment.as_deref()))?;
-    }
-    // The scenario is shown all the same.
-    ego.map(|_| ()).map_err(open::advised)
+    Ok(Looked {
+        entry,
+        scenario,
+        ego,
+        lacks,
+    })
 }
 
-/// The row that it has among several.
-fn row(entry: &Entry, scenario: &Arc<Scenario>, ego: &Ego) -> Result<ScenarioRow, Failure> {
-    let thresholds = match Folders::find() {
-        Ok(folders) => user_thresholds(&folders)?,
-        Err(_) => Thresholds::shipped().clone(),
-    };
-    let opened = OpenedScene {
-        scenario: Arc::clone(scenario),
-        scene: Ok(Arc::new(Scene::new(Arc::clone(scenario), ego.clone()))),
-        stands_in: false,
-    };
-    Ok(Overview::new(entry, &opened, &thresholds, &Verdicts::default()).row)
+impl Looked {
+    fn ego(&self) -> Option<&Ego> {
+        self.ego.as_ref().ok().and_then(Option::as_ref)
+    }
+
+    /// The row that it has among several.
+    fn row(&self) -> Result<ScenarioRow, Failure> {
+        let thresholds = match Folders::find() {
+            Ok(folders) => user_thresholds(&folders)?,
+            Err(_) => Thresholds::shipped().clone(),
+        };
+        let scenario = &self.scenario;
+        let scene = |ego: &Ego| Arc::new(Scene::new(Arc::clone(scenario), ego.clone()));
+        let missing = || match &self.ego {
+            Err(error) => MissingEgo::Unusable(error.to_string()),
+            Ok(_) => MissingEgo::NotRecorded,
+        };
+        let opened = OpenedScene {
+            scenario: Arc::clone(scenario),
+            scene: self.ego().map(scene).ok_or_else(missing),
+            stands_in: false,
+        };
+        Ok(Overview::new(&self.entry, &opened, &thresholds, &Verdicts::default()).row)
+    }
 }
 
 /// The moment that matters: `1.2 s (step 12), near miss with car 30640 (crossing): crosses 0.4 s apart, 0.1 m`.
@@ -181,13 +225,13 @@ fn moment_words(row: &ScenarioRow) -> Option<String> {
     ))
 }
 
-fn summary(
-    entry: &Entry,
-    scenario: &Scenario,
-    ego: &Result<Option<Ego>, EgoError>,
-    lacks: &str,
-    moment: Option<&str>,
-) -> String {
+fn summary(looked: &Looked, moment: Option<&str>) -> String {
+    let Looked {
+        entry,
+        scenario,
+        ego,
+        lacks,
+    } = looked;
     let id = match scenario.header.benchmark_id.as_str() {
         "" => "(no benchmark id)",
         id => id,
@@ -234,193 +278,4 @@ fn summary(
         text.push_str(&format!("  {diagnostic}\n"));
     }
     output::visible(&text)
-}
-
-/// Prints the solution in the file at `path`.
-fn inspect_solution(path: &Path, as_json: bool) -> Outcome {
-    let file = path.display().to_string();
-    let bytes = system::read_file(path, system::LARGEST).map_err(|e| Failure::system(&file, &e))?;
-    let solution = commonroad::read_solution(&bytes, &file).map_err(Failure::input)?;
-    if as_json {
-        output::document(&SolutionDocument::new(&solution))
-    } else {
-        output::text(&output::visible(&solution_summary(path, &solution)))
-    }
-}
-
-fn solution_summary(path: &Path, solution: &Solution) -> String {
-    let mut text = format!(
-        "{}\n  file        {}\n  format      CommonRoad solution\n  scenario    {}, version {}\n",
-        solution.benchmark_id(),
-        path.display(),
-        solution.scenario_id,
-        solution.version,
-    );
-    let mut made = Vec::new();
-    made.extend(solution.date.map(|d| format!("{} {}", d.date(), d.time())));
-    made.extend(
-        solution
-            .computation_time
-            .map(|s| format!("computed in {s:.3} s")),
-    );
-    made.extend(solution.processor.as_ref().map(|p| format!("on {p}")));
-    let made = if made.is_empty() {
-        "not stated".into()
-    } else {
-        made.join(", ")
-    };
-    text.push_str(&format!("  made        {made}\n"));
-    let step = time_step(path, &solution.scenario_id);
-    for problem in &solution.problems {
-        text.push_str(&problem_summary(problem, step));
-    }
-    if solution.diagnostics.is_empty() {
-        text.push_str("  diagnostics none\n");
-    }
-    for d in &solution.diagnostics {
-        text.push_str(&format!("  {d}\n"));
-    }
-    text
-}
-
-fn problem_summary(problem: &ProblemSolution, step: Option<f64>) -> String {
-    let trajectory = &problem.trajectory;
-    let states = trajectory.states();
-    let (first, last) = (states.first(), states.last());
-    let span = first.zip(last).map_or((0, 0), |(a, b)| (a.step, b.step));
-    let duration = match step {
-        Some(dt) => format!("{:.1} s", (span.1 - span.0) as f64 * dt),
-        None => "seconds unknown (no scenario beside it to tell the step size)".into(),
-    };
-    let mut text = format!(
-        "  problem     {}: model {} ({}), vehicle {}, cost function {}\n  \
-         states      {} <{}>, steps {} to {}, {duration}\n",
-        problem.planning_problem,
-        problem.model,
-        problem.model.full_name(),
-        problem.vehicle,
-        problem.cost,
-        states.len(),
-        trajectory.kind().state_element(),
-        span.0,
-        span.1,
-    );
-    for (name, state) in [("first", first), ("last", last)] {
-        let Some(state) = state else { continue };
-        let fields = trajectory.kind().fields().iter().zip(&state.values);
-        let words: Vec<_> = fields
-            .map(|(f, v)| format!("{} {} {}", f.name, rounded(*v), f.unit))
-            .collect();
-        text.push_str(&format!("  {name:<11} {}\n", words.join(", ")));
-    }
-    text
-}
-
-/// Three decimals are enough to recognise a state; very small and very large numbers are not spelt out.
-fn rounded(value: f64) -> String {
-    if value != 0.0 && !(5e-4..1e9).contains(&value.abs()) {
-        format!("{value:.3e}")
-    } else {
-        format!("{value:.3}")
-    }
-}
-
-/// Seconds between two time steps, from the scenario beside the solution; a solution does not say.
-fn time_step(path: &Path, scenario: &str) -> Option<f64> {
-    // An id from a file must not lead anywhere else.
-    if !identity::is_valid(scenario) {
-        return None;
-    }
-    let beside = path.with_file_name(format!("{scenario}.xml"));
-    let read = commonroad::read_file(&beside).ok()?;
-    Some(read.dt())
-}
-
-/// A solution.
-#[derive(Serialize, JsonSchema)]
-pub struct SolutionDocument<'s> {
-    scenario: &'s str,
-    benchmark_id: String,
-    /// Version of the scenario.
-    version: &'s str,
-    /// Date of the solution.
-    date: Option<String>,
-    /// Computation time in seconds.
-    computation_time: Option<f64>,
-    /// Processor.
-    processor: Option<&'s str>,
-    /// Planning problems with vehicle model, vehicle, cost function and states.
-    #[schemars(with = "Vec<Value>")]
-    problems: Vec<ProblemDocument<'s>>,
-    #[schemars(with = "Vec<Value>")]
-    diagnostics: &'s [Diagnostic],
-}
-
-impl json::Output for SolutionDocument<'_> {
-    const NAME: &'static str = "inspect-solution";
-    const TITLE: &'static str = "`inspect SOLUTION --format json`: a solution";
-}
-
-/// What a solution says of a planning problem.
-#[derive(Serialize)]
-struct ProblemDocument<'s> {
-    planning_problem: i64,
-    model: &'static str,
-    vehicle: VehicleDocument,
-    cost_function: &'s str,
-    trajectory: &'static str,
-    /// Steps and the values of their fields.
-    states: Vec<StateDocument>,
-}
-
-#[derive(Serialize)]
-struct VehicleDocument {
-    id: u8,
-    name: &'static str,
-    length: f64,
-    width: f64,
-}
-
-#[derive(Serialize)]
-struct StateDocument {
-    time_step: i64,
-    #[serde(flatten)]
-    values: BTreeMap<&'static str, f64>,
-}
-
-impl<'s> SolutionDocument<'s> {
-    fn new(solution: &'s Solution) -> Self {
-        Self {
-            scenario: &solution.scenario_id,
-            benchmark_id: solution.benchmark_id(),
-            version: &solution.version,
-            date: solution.date.map(|d| d.to_string()),
-            computation_time: solution.computation_time,
-            processor: solution.processor.as_deref(),
-            problems: solution.problems.iter().map(problem).collect(),
-            diagnostics: &solution.diagnostics,
-        }
-    }
-}
-
-fn problem(problem: &ProblemSolution) -> ProblemDocument<'_> {
-    let trajectory = &problem.trajectory;
-    let names = || trajectory.kind().fields().iter().map(|field| field.name);
-    let state = |state: &SolutionState| StateDocument {
-        time_step: state.step,
-        values: names().zip(state.values.iter().copied()).collect(),
-    };
-    ProblemDocument {
-        planning_problem: problem.planning_problem,
-        model: problem.model.name(),
-        vehicle: VehicleDocument {
-            id: problem.vehicle.number(),
-            name: problem.vehicle.name(),
-            length: problem.vehicle.length(),
-            width: problem.vehicle.width(),
-        },
-        cost_function: &problem.cost,
-        trajectory: trajectory.kind().element(),
-        states: trajectory.states().iter().map(state).collect(),
-    }
 }

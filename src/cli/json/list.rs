@@ -33,6 +33,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<find::FindDocument>(),
     derived::<import::Counts>(),
     derived::<index::ShowDocument>(),
+    derived::<inspect::DifferenceDocument>(),
     derived::<inspect::ScenarioDocument<'static>>(),
     derived::<inspect::SolutionDocument<'static>>(),
     derived::<metrics::ListDocument>(),

@@ -277,7 +277,7 @@ impl Drawing<'_> {
         let worst = |by| worst_step(timeline.scene?, &self.thresholds, by);
         let at = self.arguments.at.iter();
         let at = at
-            .map(|at| at.step(&all, timeline.dt, worst))
+            .map(|at| at.step("--at", &all, timeline.dt, worst))
             .collect::<Result<Vec<i64>, Failure>>()
             .map_err(|failure| Failure {
                 message: format!("{}: {}", entry.display(), failure.message),

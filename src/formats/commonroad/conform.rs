@@ -9,8 +9,8 @@ use std::collections::HashSet;
 use nearmiss_base::geometry::Shape;
 use nearmiss_scene::scenario::{
     Goal, Intersection, Lanelet, LaneletNetwork, LaneletType, Location, Obstacle, ObstacleParts,
-    ObstacleRole, ObstacleType, PlanningProblem, Position, Prediction, Quantity, Scenario, Sign,
-    State, StateField, Steps, TrafficLight,
+    ObstacleRole, ObstacleType, PlanningProblem, Position, Prediction, Quantity, Referable,
+    Scenario, Sign, State, StateField, Steps, TrafficLight,
 };
 
 use crate::commonroad::road;
@@ -420,11 +420,7 @@ fn conform_network(network: &LaneletNetwork, report: &mut Report) -> LaneletNetw
         .iter()
         .filter_map(|l| light(l, report))
         .collect();
-    let known = Known {
-        lanelets: network.lanelets.iter().map(|l| l.id).collect(),
-        signs: signs.iter().map(|s| s.id).collect(),
-        lights: lights.iter().map(|l| l.id).collect(),
-    };
+    let known = Referable::new(&network.lanelets, &signs, &lights);
     let lanelets = network
         .lanelets
         .iter()
@@ -438,39 +434,10 @@ fn conform_network(network: &LaneletNetwork, report: &mut Report) -> LaneletNetw
     LaneletNetwork::new(lanelets, signs, lights, intersections)
 }
 
-struct Known {
-    lanelets: HashSet<i64>,
-    signs: HashSet<i64>,
-    lights: HashSet<i64>,
-}
-
-/// Keeps the references to what is there.
-fn keep(ids: &mut Vec<i64>, known: &HashSet<i64>, from: &str, report: &mut Report) {
-    ids.retain(|id| {
-        let there = known.contains(id);
-        if !there {
-            report.change(format!("{from}: the reference to {id} was left out"));
-        }
-        there
-    });
-}
-
-fn lanelet(lanelet: &Lanelet, known: &Known, report: &mut Report) -> Lanelet {
+fn lanelet(lanelet: &Lanelet, known: &Referable, report: &mut Report) -> Lanelet {
     let mut fitted = lanelet.clone();
     let name = format!("lanelet {}", lanelet.id);
-    keep(&mut fitted.predecessors, &known.lanelets, &name, report);
-    keep(&mut fitted.successors, &known.lanelets, &name, report);
-    keep(&mut fitted.signs, &known.signs, &name, report);
-    keep(&mut fitted.lights, &known.lights, &name, report);
-    if let Some(line) = &mut fitted.stop_line {
-        keep(&mut line.signs, &known.signs, &name, report);
-        keep(&mut line.lights, &known.lights, &name, report);
-    }
-    for neighbour in [&mut fitted.adjacent_left, &mut fitted.adjacent_right] {
-        if let Some(gone) = neighbour.take_if(|n| !known.lanelets.contains(&n.id)) {
-            report.change(format!("{name}: the neighbour {} was left out", gone.id));
-        }
-    }
+    fitted.keep_references(known, &mut |gone| report.change(gone));
     if fitted.types.contains(&LaneletType::Tram) {
         report.change(format!("{name}: the type tram became unknown"));
         for kind in &mut fitted.types {
@@ -527,40 +494,16 @@ fn light(light: &TrafficLight, report: &mut Report) -> Option<TrafficLight> {
 
 fn intersection(
     intersection: &Intersection,
-    known: &Known,
+    known: &Referable,
     report: &mut Report,
 ) -> Option<Intersection> {
     let mut fitted = intersection.clone();
-    let name = format!("intersection {}", intersection.id);
-    for road in &mut fitted.incomings {
-        for ids in [
-            &mut road.lanelets,
-            &mut road.right,
-            &mut road.straight,
-            &mut road.left,
-        ] {
-            keep(ids, &known.lanelets, &name, report);
-        }
-    }
-    fitted.incomings.retain(|road| {
-        let leads_in = !road.lanelets.is_empty();
-        if !leads_in {
-            report.change(format!(
-                "{name}: incoming {} has no lanelet and was left out",
-                road.id
-            ));
-        }
-        leads_in
-    });
-    let roads: HashSet<i64> = fitted.incomings.iter().map(|r| r.id).collect();
-    for road in &mut fitted.incomings {
-        if let Some(gone) = road.is_left_of.take_if(|id| !roads.contains(id)) {
-            report.change(format!("{name}: `isLeftOf` {gone} was left out"));
-        }
-    }
-    keep(&mut fitted.crossings, &known.lanelets, &name, report);
+    fitted.keep_references(known, &mut |gone| report.change(gone));
     if fitted.incomings.is_empty() {
-        report.change(format!("{name} without incoming roads was left out"));
+        report.change(format!(
+            "intersection {} without incoming roads was left out",
+            intersection.id
+        ));
         return None;
     }
     Some(fitted)

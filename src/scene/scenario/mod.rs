@@ -1,11 +1,14 @@
 //! Scenarios: the road network, road users and planning problems; immutable once read.
 
+mod crop;
+mod difference;
 pub mod identity;
 mod network;
 mod obstacle;
 mod planning;
 pub mod plausibility;
 pub mod prediction;
+mod references;
 mod road;
 mod scene;
 mod summary;
@@ -13,6 +16,8 @@ pub mod track;
 mod transform;
 mod vehicle;
 
+pub use crop::{Around, AroundError, Centre, Crop, CropError, Cropped};
+pub use difference::{Changed, Differences, ElementDifferences, FieldDifference};
 pub use identity::{ContentHash, HashedBeginning};
 pub use network::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletNetwork, LightPhase, Sign,
@@ -20,6 +25,7 @@ pub use network::{
 };
 pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem, Position, Quantity, State, Steps};
+pub use references::Referable;
 pub use road::{
     Destination, DirectedLanelet, Direction, DrivableArea, Lane, LaneGraph, LaneRelation,
     LaneRelations, Leg, Route, RouteError, Side,

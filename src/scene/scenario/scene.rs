@@ -123,21 +123,7 @@ impl Scene {
     /// There is no such obstacle, or it has no body or does not move.
     pub fn with_obstacle_as_ego(scenario: Arc<Scenario>, id: i64) -> Result<Self, SceneError> {
         let Some(obstacle) = scenario.obstacle(id) else {
-            let mut known: Vec<String> = scenario
-                .obstacles
-                .iter()
-                .take(12)
-                .map(|o| o.id.to_string())
-                .collect();
-            if scenario.obstacles.len() > known.len() {
-                known.push("…".into());
-            }
-            let known = if known.is_empty() {
-                "none".into()
-            } else {
-                known.join(", ")
-            };
-            return Err(SceneError::NoSuchObstacle { id, known });
+            return Err(scenario.no_such_obstacle(id));
         };
         let refuse = |why| SceneError::NotAnEgo { id, why };
         if obstacle.is_set_based() {
@@ -321,6 +307,22 @@ impl RecordedEgo {
 }
 
 impl Scenario {
+    /// That no obstacle has this id, with some that there are.
+    pub(super) fn no_such_obstacle(&self, id: i64) -> SceneError {
+        let obstacles = self.obstacles.iter().take(12);
+        let mut known: Vec<String> = obstacles.map(|o| o.id.to_string()).collect();
+        if self.obstacles.len() > known.len() {
+            known.push("…".into());
+        }
+        if known.is_empty() {
+            known.push("none".into());
+        }
+        SceneError::NoSuchObstacle {
+            id,
+            known: known.join(", "),
+        }
+    }
+
     /// The scenario for an ego that is one of its obstacles: the recording's own ego is an obstacle then, as any other.
     pub(super) fn for_taken_ego(self: Arc<Self>) -> Arc<Self> {
         if self.recorded_ego.is_none() {

@@ -42,6 +42,18 @@ impl Motion {
     pub fn acceleration_vector(&self) -> Vector {
         self.pose.forward() * self.acceleration
     }
+
+    /// How far the two are apart in place (m), heading (rad) and speed (m/s).
+    #[must_use]
+    pub fn differences(&self, other: &Self) -> [(&'static str, f64); 3] {
+        let turned = angle_between(self.pose.heading, other.pose.heading).abs();
+        let apart = (self.pose.position - other.pose.position).norm();
+        [
+            ("position", apart),
+            ("heading", turned),
+            ("velocity", (self.velocity - other.velocity).abs()),
+        ]
+    }
 }
 
 /// How many steps had to be filled, by quantity.

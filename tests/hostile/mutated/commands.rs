@@ -3,9 +3,10 @@
 use std::path::Path;
 
 /// What is run over a scenario at FILE with a recorded ego at EGO; files go to OUT.
-const COMMANDS: [&str; 26] = [
+const COMMANDS: [&str; 28] = [
     "inspect FILE",
     "inspect FILE --format json --ego 20",
+    "inspect FILE FILE --diff --ego 20",
     "metrics FILE",
     "metrics FILE --ego 20 --scene --reasons",
     "metrics FILE --ego EGO --convention paper --format json",
@@ -28,6 +29,7 @@ const COMMANDS: [&str; 26] = [
     "render FILE --ego EGO --all --size 200x150px -o OUT/animation.gif --overwrite",
     "convert FILE -o OUT/converted.xml --schema --overwrite",
     "convert FILE",
+    "convert FILE -o OUT/part.xml --from 1 --around ego:20m --schema --overwrite",
     "evaluate FILE --truth auto --format=json",
     "corpus index FILE -o OUT/index --measure all --overwrite",
 ];

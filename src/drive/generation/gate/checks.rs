@@ -472,17 +472,6 @@ pub(super) fn is_no_motion(motions: &[(i64, Motion)], found: &mut Findings) -> F
     Flow::Continue(())
 }
 
-/// How far two motions are apart in place (m), heading (rad) and speed (m/s).
-pub(super) fn differences(a: &Motion, b: &Motion) -> impl Iterator<Item = (&'static str, f64)> {
-    let turned = angle_between(a.pose.heading, b.pose.heading).abs();
-    [
-        ("position", (a.pose.position - b.pose.position).norm()),
-        ("heading", turned),
-        ("velocity", (a.velocity - b.velocity).abs()),
-    ]
-    .into_iter()
-}
-
 impl Run<'_> {
     /// It begins at the recorded state.
     pub fn start(&self, found: &mut Findings) -> Flow {
@@ -490,7 +479,7 @@ impl Run<'_> {
         let Some(recorded) = self.obstacle.track().at(*step) else {
             return Flow::Continue(());
         };
-        for (what, value) in differences(recorded, first) {
+        for (what, value) in recorded.differences(first) {
             if value > MOST_DIFFERENT {
                 let refusal = Refusal::at(*step, Reason::Start(what));
                 found.say(false, refusal.with(value, MOST_DIFFERENT))?;

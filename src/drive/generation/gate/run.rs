@@ -214,7 +214,8 @@ pub(super) fn same(a: &Motion, b: &Motion) -> bool {
 
 /// Whether place, heading and speed are the same.
 fn is_placed_alike(a: &Motion, b: &Motion) -> bool {
-    checks::differences(a, b).all(|(_, difference)| difference <= NUMBER_TOLERANCE)
+    let mut differences = a.differences(b).into_iter();
+    differences.all(|(_, difference)| difference <= NUMBER_TOLERANCE)
 }
 
 /// Largest difference between two numbers that should be equal.
