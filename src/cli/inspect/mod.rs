@@ -162,7 +162,7 @@ fn row(entry: &Entry, scenario: &Arc<Scenario>, ego: &Ego) -> Result<ScenarioRow
         scene: Ok(Arc::new(Scene::new(Arc::clone(scenario), ego.clone()))),
         stands_in: false,
     };
-    Ok(Overview::new(entry, &opened, &thresholds, &Verdicts::default()).row)
+    Ok(Overview::new(entry, &opened, &thresholds, &Verdicts::default(), None).row)
 }
 
 /// The moment that matters: `1.2 s (step 12), near miss with car 30640 (crossing): crosses 0.4 s apart, 0.1 m`.
