@@ -75,6 +75,9 @@ enum What {
     Condition(Condition),
 }
 
+/// The sides of an operator.
+type Numbers = Box<(Number, Number)>;
+
 /// How strongly an operator binds what is on its left: the higher, the stronger.
 fn strength(sign: &str) -> Option<u8> {
     Some(match sign {
@@ -262,7 +265,7 @@ impl Parser<'_, '_> {
         left: Part,
         right: Part,
         what: &str,
-    ) -> Result<(Box<(Number, Number)>, Option<Unit>), FormulaError> {
+    ) -> Result<(Numbers, Option<Unit>), FormulaError> {
         let words = [&left, &right].map(|part| self.text[part.at.clone()].to_string());
         let whole = left.at.start..right.at.end;
         let (left, of_left) = self.number(left)?;

@@ -1,3 +1,5 @@
+//! Formulas of the user: values, units, places of mistakes.
+
 #![allow(clippy::unwrap_used)]
 
 use std::f64::consts::FRAC_PI_2;
