@@ -88,6 +88,7 @@
 //! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/features/experiment/` |
 //! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts.rs` |
 //! | gate: may a changed motion be written | [`generation::Gate`]; a variant in a file against its original: `workflow/original.rs` |
+//! | measures of the user's own | formulas, their units and the registry: `scene/metrics/own/`; `[measure.ID]`: `settings/measures.rs` |
 //! | risk score of TTC and MDC | the table `scene/metrics/thresholds/risk.toml`, read by `scene/metrics/risk.rs`; the paper's: `scene/metrics/paper/` |
 //! | several attackers | `drive/generation/staging.rs`: one after the other, and when another one is taken |
 //! | certificate: how a driver avoids an attack | `drive/generation/certificate.rs`, searched in `drive/generation/evasive_search.rs` |

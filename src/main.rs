@@ -17,7 +17,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: cli::Arguments) -> cli::Outcome {
-    arguments.reading.apply()?;
+    arguments.reading.apply(arguments.command.as_ref())?;
     let (ego, index) = (cli::chosen_ego(&arguments)?, cli::chosen_index(&arguments)?);
     let paths = cli::chosen_paths(&arguments)?;
     match &arguments.command {

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use nearmiss_base::system::unknown;
 use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
-use nearmiss_scene::metrics::{MEASURES, Measure, SEVERITY_NAMES, Thresholds, measure};
+use nearmiss_scene::metrics::{
+    Measure, SEVERITY_NAMES, Thresholds, measure, measures, own_formulas,
+};
 use nearmiss_scene::scenario::Scenario;
 use nearmiss_settings::Folders;
 use nearmiss_workflow::INDEX_RADIUS;
@@ -20,7 +21,7 @@ use serde_json::{Value, json};
 use super::ending::interrupted;
 use super::many_files::ManyFiles;
 use super::metrics::rounded;
-use super::open::{found, user_thresholds};
+use super::open::{found, named_measure, user_thresholds};
 use super::output::{self, Cell, Column, Kind, Row, Table};
 use super::parts::{Measured, PartsOutcome, PartsRequest, write};
 use super::{Failure, Outcome};
@@ -84,10 +85,7 @@ const PER_PART: usize = 16;
 fn named(word: &str) -> Result<Named, String> {
     match word {
         "all" => Ok(Named::All),
-        _ => measure(word).map(Named::One).ok_or_else(|| {
-            let unknown = unknown("measure", word, MEASURES.iter().map(|m| m.id));
-            format!("{unknown}\n`nearmiss metrics --list` lists all")
-        }),
+        _ => named_measure(word).map(Named::One),
     }
 }
 
@@ -107,7 +105,7 @@ impl Index {
                 Named::All => true,
             })
         };
-        MEASURES.iter().filter(wanted).collect()
+        measures().filter(wanted).collect()
     }
 }
 
@@ -128,6 +126,9 @@ struct IndexSettings<'a> {
     stride: f64,
     radius: f64,
     measures: Vec<&'a str>,
+    /// What the user's measures are, where some are among them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    own_measures: Vec<String>,
     /// What the user's file changes.
     thresholds: Vec<String>,
 }
@@ -140,11 +141,13 @@ pub fn request<'a>(
     options: &IndexOptions,
     thresholds: &Thresholds,
 ) -> Result<PartsRequest<'a>, Failure> {
+    let has_own = options.measures.iter().any(|m| m.formula().is_some());
     let settings = IndexSettings {
         length: options.length,
         stride: options.stride,
         radius: options.radius,
         measures: options.measures.iter().map(|measure| measure.id).collect(),
+        own_measures: if has_own { own_formulas() } else { Vec::new() },
         thresholds: thresholds.change_words(),
     };
     Ok(PartsRequest {

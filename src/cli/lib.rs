@@ -122,11 +122,23 @@ pub enum Command {
     Help(help::Help),
 }
 
+impl Command {
+    /// Whether a wrong measure in the configuration stops it: not what looks at the configuration, nor help.
+    fn stops_at_mistakes(&self) -> bool {
+        !matches!(
+            self,
+            Self::Doctor(_) | Self::Config(_) | Self::Completions(_) | Self::Help(_)
+        )
+    }
+}
+
 /// The arguments of this process; what is wrong with them is said, and ends the program.
 #[must_use]
 pub fn arguments() -> Arguments {
     use clap::FromArgMatches;
     use clap::error::ContextKind;
+    // A mistake is said by the command, once it is known.
+    let _ = open::use_own_measures();
     let program = help::program();
     let first = std::env::args_os().nth(1);
     if let Some(failure) = first.and_then(|word| help::mistyped(&program, &word)) {

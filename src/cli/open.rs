@@ -8,13 +8,14 @@ use std::sync::{Arc, OnceLock};
 
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::system::processes::program;
+use nearmiss_base::system::unknown;
 use nearmiss_drive::simulation::Settings;
 use nearmiss_formats as formats;
 use nearmiss_formats::{
     Columns, EGO_FILES, EgoError, EgoSelection, Entry, EntryLocation, NamedTable, Player,
     SearchResults, TableOptions, not_standard_input, only_part,
 };
-use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::metrics::{Measure, OwnMeasures, Thresholds, measure, measures};
 use nearmiss_scene::scenario::{
     EgoSource, Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity,
 };
@@ -26,7 +27,7 @@ use nearmiss_workflow::{
 
 use super::files::{say_shared_names, without_side_files};
 use super::plan::as_ego;
-use super::{Failure, Outcome, output};
+use super::{Command, Failure, Outcome, output};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
@@ -296,6 +297,30 @@ pub fn configuration() -> Result<(Folders, Config), Failure> {
     Ok((folders, config))
 }
 
+/// Puts the measures of the configuration in use. Arguments name measures, so that it comes before them.
+///
+/// # Errors
+/// One of them is wrong; then none is in use.
+pub fn use_own_measures() -> Result<(), ConfigError> {
+    // Without a home folder there are none.
+    let Ok(folders) = Folders::find() else {
+        return Ok(());
+    };
+    Config::measures(&folders.config_file()).map(OwnMeasures::register)
+}
+
+/// The measure with this id, of an argument.
+pub fn named_measure(id: &str) -> Result<&'static Measure, String> {
+    measure(id).ok_or_else(|| {
+        // It may be one of the user's.
+        if let Err(error) = use_own_measures() {
+            return error.in_short();
+        }
+        let unknown = unknown("measure", id, measures().map(|m| m.id));
+        format!("{unknown}\n`nearmiss metrics --list` lists all")
+    })
+}
+
 /// How tables of tracks are read, and which map they lie on.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Reading {
@@ -329,8 +354,14 @@ impl Reading {
     /// else is wrong with the configuration is said by those who need it.
     ///
     /// # Errors
-    /// The configuration explains a table with words that no column has.
-    pub fn apply(&self) -> Outcome {
+    /// The configuration explains a table with words that no column has, or has a wrong measure. The workbench and the
+    /// commands that look at the configuration say the latter themselves.
+    pub fn apply(&self, command: Option<&Command>) -> Outcome {
+        if let Err(error) = use_own_measures()
+            && command.is_some_and(Command::stops_at_mistakes)
+        {
+            return Err(unusable(error));
+        }
         let folders = Folders::find().ok();
         let config = { folders.as_ref() }
             .and_then(|folders| Config::read(&folders.config_file()).ok())

@@ -10,7 +10,7 @@ use strum::{IntoStaticStr, VariantArray};
 use toml::{Table, Value};
 
 use super::folders::text_if_there;
-use super::{planner, tracks};
+use super::{measures, planner, tracks};
 
 nearmiss_record::fields! {
     /// The configuration.
@@ -76,6 +76,8 @@ nearmiss_record::fields! {
             planner: toml::Table;
             /// Tables of tracks, by name: which column is what; see [`Config::track_tables`].
             tracks: toml::Table;
+            /// Measures of the user's own, by id; see [`Config::measures`].
+            measure: toml::Table;
         }
     }
 }
@@ -209,7 +211,12 @@ fn mistakes(text: &str) -> Vec<Mistake> {
     let section = |name: &str| table.get(name).and_then(Value::as_table);
     let of_planner = section("planner").map_or_else(Vec::new, planner::mistakes);
     let of_tracks = section("tracks").map_or_else(Vec::new, tracks::mistakes);
-    let inner = [("planner", of_planner), ("tracks", of_tracks)];
+    let of_measures = section("measure").map_or_else(Vec::new, measures::mistakes);
+    let inner = [
+        ("planner", of_planner),
+        ("tracks", of_tracks),
+        ("measure", of_measures),
+    ];
     let inner = inner.into_iter().flat_map(|(name, found)| {
         let mistake = |(path, words): (Vec<String>, String)| {
             let path = std::iter::once(name).chain(path.iter().map(String::as_str));

@@ -2,6 +2,7 @@
 
 mod config;
 mod folders;
+mod measures;
 mod planner;
 mod tags;
 mod theme;

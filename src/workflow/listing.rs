@@ -16,7 +16,7 @@ use nearmiss_scene::corpus::{
     CellWindows, Columns, CorpusIndex, IndexError, Part, RowCell, WINDOW_INTEGERS, WindowEgo,
     WindowKey, WindowPlace, part_files, worst_moments,
 };
-use nearmiss_scene::metrics::{MEASURES, Measure, Thresholds};
+use nearmiss_scene::metrics::{Measure, Thresholds, measures};
 use nearmiss_scene::scenario::obstacle_taken;
 use nearmiss_store::{Origin, StoredVerdict};
 
@@ -134,7 +134,7 @@ pub enum SearchError {
 /// # Errors
 /// A term is wrong, has no value yet, or nothing is left of it, or it is a sentence: in words.
 pub fn checked_filter(text: &str) -> Result<Filter, String> {
-    let filter = Filter::read_for_windows(text);
+    let filter = Filter::read_of_all(text);
     if let Some(why) = filter.wrong.first() {
         return Err(why.clone());
     }
@@ -165,7 +165,7 @@ pub fn index_measures(folder: &Path) -> Result<Vec<&'static Measure>, IndexError
         None => Vec::new(),
     };
     let is_there = |measure: &&Measure| there.iter().any(|id| id == measure.id);
-    Ok(MEASURES.iter().filter(is_there).collect())
+    Ok(measures().filter(is_there).collect())
 }
 
 const TEXTS: [&str; 6] = [

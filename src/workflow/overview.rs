@@ -6,14 +6,17 @@ use std::cmp::Ordering;
 use nearmiss_formats::Entry;
 use nearmiss_record::Record;
 use nearmiss_scene::corpus::window_of_moment;
-use nearmiss_scene::metrics::{Context, CriticalMoment, Headline, SEVERITY_NAMES, Thresholds};
+use nearmiss_scene::metrics::{
+    Context, CriticalMoment, Headline, Measure, SEVERITY_NAMES, Series, Thresholds,
+};
 use nearmiss_scene::scenario::Severity;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::OpenedScene;
 use super::scenario_filter::{
-    Agreement, Facts, Filter, Filterable, Indexed, Matching, Number, Property, Verdicts, WordMatch,
+    Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Verdicts,
+    WordMatch,
 };
 
 /// A scenario in a row of a table.
@@ -101,6 +104,8 @@ pub struct Overview {
     pub moment: Option<CriticalMoment>,
     entry: Entry,
     facts: Facts,
+    /// The most dangerous values of the measures of the filter, beside those of every row.
+    compared: Vec<(&'static str, f64)>,
     window: Indexed,
 }
 
@@ -108,13 +113,14 @@ pub struct Overview {
 const DIGITS: usize = 12;
 
 impl Overview {
-    /// That of a scenario that is open; terms about answers go by these verdicts.
+    /// That of a scenario that is open; terms about answers go by these verdicts, and the measures of the filter are worked out.
     #[must_use]
     pub fn new(
         entry: &Entry,
         opened: &OpenedScene,
         thresholds: &Thresholds,
         verdicts: &Verdicts,
+        filter: Option<&Filter>,
     ) -> Self {
         let scenario = &opened.scenario;
         let scene = opened.scene.as_deref();
@@ -125,6 +131,8 @@ impl Overview {
             .as_ref()
             .zip(moment)
             .and_then(|(context, moment)| window_of_moment(context, &moment));
+        let compared =
+            { context.as_ref() }.map_or_else(Vec::new, |context| measured(context, filter));
         let measured = scene.ok().zip(headline);
         let facts = Facts::new(entry, scenario, measured, thresholds, verdicts);
         let count = |severity: Severity| {
@@ -175,6 +183,7 @@ impl Overview {
             row,
             moment,
             entry: entry.clone(),
+            compared,
             window: windows.unwrap_or(Indexed::Missing),
             facts,
         }
@@ -201,7 +210,7 @@ impl Overview {
     /// # Errors
     /// A term is wrong, has no value, or is about tags of the user or an index.
     pub fn filter(text: &str) -> Result<Filter, String> {
-        let filter = Filter::read(text, None);
+        let filter = Filter::read_of_all(text);
         if let Some(why) = filter.wrong.first() {
             return Err(why.clone());
         }
@@ -219,6 +228,15 @@ impl Overview {
             Err("expected terms such as ttc<1.5 or tag:cut_in".into())
         }
     }
+}
+
+/// The most dangerous values of the measures of a filter that are not known of every row.
+fn measured(context: &Context<'_>, filter: Option<&Filter>) -> Vec<(&'static str, f64)> {
+    let compared = filter.into_iter().flat_map(Filter::measures);
+    let wanted: Vec<_> = compared.filter(|m| !HEADLINE.contains(&m.id)).collect();
+    let series = Series::from_context(context, wanted);
+    let worst = |m: &&Measure| Some((m.id, series.most_dangerous(m.id)?.1));
+    series.measures().iter().filter_map(worst).collect()
 }
 
 /// Thousandths are enough for people and tables of them.
@@ -248,7 +266,15 @@ impl Filterable for Overview {
     }
 
     fn number(&self, number: Number) -> Option<f64> {
-        self.facts.number(number)
+        match number {
+            Number::Of(measure) if !HEADLINE.contains(&measure.id) => {
+                let mut compared = self.compared.iter();
+                compared
+                    .find(|(id, _)| *id == measure.id)
+                    .map(|(_, value)| *value)
+            }
+            _ => self.facts.number(number),
+        }
     }
 
     fn indexed(&self) -> &Indexed {

@@ -51,6 +51,7 @@ mod models;
 mod models_and_costs;
 mod monitor;
 mod older_store;
+mod own_measures;
 mod pages;
 mod pictures;
 mod piped;

@@ -205,7 +205,14 @@ impl Looked {
             scene: self.ego().map(scene).ok_or_else(missing),
             stands_in: false,
         };
-        Ok(Overview::new(&self.entry, &opened, &thresholds, &Verdicts::default()).row)
+        Ok(Overview::new(
+            &self.entry,
+            &opened,
+            &thresholds,
+            &Verdicts::default(),
+            None,
+        )
+        .row)
     }
 }
 

@@ -8,7 +8,7 @@ use nearmiss_scene::judge;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::Folders;
 use nearmiss_store::Store;
-use nearmiss_workflow::{MissingEgo, OpenRequest, Overview, ScenarioRow, Verdicts, open};
+use nearmiss_workflow::{Filter, MissingEgo, OpenRequest, Overview, ScenarioRow, Verdicts, open};
 use serde_json::{Value, json};
 
 use super::{Format, Inspect};
@@ -52,7 +52,7 @@ pub fn run(arguments: &Inspect, format: Format) -> Outcome {
     let mut kept: Vec<Overview> = Vec::new();
     let done = Job::new("scenarios", &stop).run(
         &entries,
-        |entry| Some(read(entry, &thresholds, &verdicts)),
+        |entry| Some(read(entry, &thresholds, &verdicts, filter.as_ref())),
         |_, read| {
             match read {
                 Ok(read) => {
@@ -95,7 +95,12 @@ fn answers() -> Result<Verdicts, Failure> {
     Ok(Verdicts::from(answers.unwrap_or_default()))
 }
 
-fn read(entry: &Entry, thresholds: &Thresholds, verdicts: &Verdicts) -> Result<Read, Failure> {
+fn read(
+    entry: &Entry,
+    thresholds: &Thresholds,
+    verdicts: &Verdicts,
+    filter: Option<&Filter>,
+) -> Result<Read, Failure> {
     let request = OpenRequest {
         entry,
         ego: &EgoSelection::Beside,
@@ -114,7 +119,7 @@ fn read(entry: &Entry, thresholds: &Thresholds, verdicts: &Verdicts) -> Result<R
     };
     Ok(Read {
         said,
-        overview: Overview::new(entry, &opened, thresholds, verdicts),
+        overview: Overview::new(entry, &opened, thresholds, verdicts, filter),
     })
 }
 

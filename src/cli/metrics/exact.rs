@@ -2,7 +2,7 @@
 
 use crate::files::RowFile;
 use crate::output::{Cell, Column, Kind, Row};
-use nearmiss_scene::metrics::{Context, MEASURES, Reading, Thresholds};
+use nearmiss_scene::metrics::{Context, Reading, Thresholds, measures};
 use nearmiss_scene::scenario::Scene;
 
 /// Columns of every row behind those of the file: the time.
@@ -22,9 +22,7 @@ const WHO: [Column; 2] = [
 ];
 
 pub fn columns() -> Vec<Column> {
-    let measures = MEASURES
-        .iter()
-        .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
+    let measures = measures().map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
     let head = RowFile::COLUMNS.into_iter().chain(WHEN);
     head.chain(WHO).chain(measures).collect()
 }
@@ -51,7 +49,7 @@ pub fn rows(
                 Cell::Integer(participant.obstacle.id),
                 encounter.relation().direction.name().into(),
             ];
-            let measures = MEASURES.iter().map(|m| cell(m.evaluate(&encounter)));
+            let measures = measures().map(|m| cell(m.evaluate(&encounter)));
             let head = file.cells().into_iter().chain(when(scene, step)).chain(who);
             rows.push(head.chain(measures).collect());
         }

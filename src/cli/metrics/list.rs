@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Format, Metrics, Rows, measured};
 use crate::{Failure, Outcome, json, output};
-use nearmiss_scene::metrics::{Danger, MEASURES, SCENE_MEASURES, Threshold, Thresholds};
+use nearmiss_scene::metrics::{Danger, SCENE_MEASURES, Threshold, Thresholds, measures};
 
 /// One measure.
 struct Line<'a> {
@@ -63,8 +63,7 @@ pub(super) fn run(arguments: &Metrics, format: Option<Format>) -> Outcome {
 
 fn lines(rows: Rows, thresholds: &Thresholds) -> Result<Vec<Line<'_>>, Failure> {
     Ok(match rows {
-        Rows::Exact => MEASURES
-            .iter()
+        Rows::Exact => measures()
             .map(|m| Line {
                 id: m.id,
                 name: m.name,
@@ -140,13 +139,16 @@ impl Line<'_> {
 }
 
 fn table(lines: &[Line<'_>]) -> String {
+    let longest = lines.iter().map(|line| line.id.len() + 1).max();
+    let width = longest.unwrap_or_default().max(16);
     let mut text = format!(
-        "{:<16}{:<6}{:<6}{}\n",
+        "{:<width$}{:<6}{:<6}{}\n",
         "measure", "unit", "bad", "what it is"
     );
+    let indent = width + 12;
     for line in lines {
         text.push_str(&format!(
-            "{:<16}{:<6}{:<6}{}; {}\n",
+            "{:<width$}{:<6}{:<6}{}; {}\n",
             line.id,
             line.unit,
             direction(line.danger),
@@ -155,7 +157,7 @@ fn table(lines: &[Line<'_>]) -> String {
         ));
         for threshold in &line.thresholds {
             text.push_str(&format!(
-                "{:<28}{} ({})\n",
+                "{:<indent$}{} ({})\n",
                 "",
                 line.at(threshold),
                 threshold.source

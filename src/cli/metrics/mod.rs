@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_scene::metrics::{Context, SCENE_MEASURES, Thresholds};
+use nearmiss_scene::metrics::{Context, SCENE_MEASURES, Thresholds, own_formulas};
 use nearmiss_scene::scenario::Scene;
 use nearmiss_settings::Folders;
 use nearmiss_study::evaluation::Provenance;
@@ -102,6 +102,14 @@ impl Rows {
             Self::Exact => exact::columns(),
             Self::Scene => columns(),
             Self::Paper => paper::columns(),
+        }
+    }
+
+    /// The measures of the user's that are among the columns.
+    fn own_formulas(self) -> Vec<String> {
+        match self {
+            Self::Exact => own_formulas(),
+            Self::Scene | Self::Paper => Vec::new(),
         }
     }
 }
@@ -193,7 +201,7 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     table.metadata.push(("provenance", whole));
     table
         .json_values
-        .push(("provenance", in_a_line(&provenance)));
+        .push(("provenance", in_a_line(&provenance, rows)));
     if arguments.reasons {
         table.with_reasons()
     } else {
@@ -211,13 +219,18 @@ fn provenance(rows: Rows, thresholds: &Thresholds) -> Provenance {
 }
 
 /// What each line of JSON says of its provenance: what is known of a measure, and nothing of answers.
-fn in_a_line(provenance: &Provenance) -> Value {
-    json!({
+fn in_a_line(provenance: &Provenance, rows: Rows) -> Value {
+    let mut said = json!({
         "program": provenance.program,
         "commit": provenance.commit,
         "thresholds": provenance.thresholds,
         "thresholds_sha256": provenance.thresholds_sha256,
-    })
+    });
+    let own = rows.own_formulas();
+    if !own.is_empty() {
+        said["own_measures"] = own.into();
+    }
+    said
 }
 
 impl Metrics {

@@ -22,6 +22,9 @@ struct MetricsSettings<'a> {
     arguments: &'a Metrics,
     /// The hash of a planner's drives.
     drives: Option<&'a str>,
+    /// What the user's measures are.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    own_measures: Vec<String>,
     /// What the user's file changes.
     thresholds: Vec<String>,
 }
@@ -49,6 +52,7 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
         settings: RunSettings::new(&MetricsSettings {
             arguments,
             drives: plan.ego.planner().map(|drives| drives.sha256.as_str()),
+            own_measures: rows.own_formulas(),
             thresholds: plan.thresholds.change_words(),
         })
         .map_err(Failure::input)?,

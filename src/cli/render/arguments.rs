@@ -7,12 +7,11 @@ use serde::Serialize;
 use super::certificate::CertificateOption;
 use crate::Failure;
 use crate::many_files::ManyFiles;
-use crate::open::EgoChoice;
+use crate::open::{EgoChoice, named_measure};
 use crate::span::{AT, At, history};
 use nearmiss_ask::prompts::Defaults;
-use nearmiss_base::system::unknown;
 use nearmiss_render::{FigureContent, FigureOptions, Format, MILLIMETRE, MapExtent, PIXEL};
-use nearmiss_scene::metrics::{MEASURES, Measure, measure};
+use nearmiss_scene::metrics::Measure;
 use nearmiss_scene::scenario::WindowRule;
 use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::{Settings, window_end};
@@ -220,13 +219,6 @@ fn size(text: &str) -> Result<Size, String> {
     } else {
         Err(wrong())
     }
-}
-
-fn named_measure(id: &str) -> Result<&'static Measure, String> {
-    measure(id).ok_or_else(|| {
-        let unknown = unknown("measure", id, MEASURES.iter().map(|m| m.id));
-        format!("{unknown}\n`nearmiss metrics --list` lists all")
-    })
 }
 
 fn format(name: &str) -> Result<Format, String> {

@@ -23,12 +23,12 @@ pub(super) fn can_reach(encounter: &Encounter<'_>, horizon: f64) -> bool {
 /// The obstacle of the lowest `ttc` at a step: the first that touches the ego if all keep velocity and heading; the
 /// measure looks [`HORIZON`] ahead.
 pub(super) fn first_to_touch(scene: &Scene, step: i64) -> Option<i64> {
-    let compute = measure("ttc")?.compute;
+    let ttc = measure("ttc")?;
     let times = scene.participants().filter_map(|other| {
         let encounter = Encounter::at(scene, &other, step)?;
         // The discs spare most of the sweeping.
         let meet = Approach::new(&encounter).least(0.0, HORIZON) <= 0.0;
-        let time = meet.then(|| compute(&encounter).value()).flatten()?;
+        let time = meet.then(|| ttc.compute(&encounter).value()).flatten()?;
         Some((time, other.obstacle.id))
     });
     let first = times.min_by(|a, b| a.0.total_cmp(&b.0));

@@ -9,7 +9,7 @@ pub use safety::verdict_by;
 use std::collections::BTreeMap;
 
 use super::metrics::{
-    Contact, Encounter, MEASURES, RISK_LEVELS, Reading, RiskConvention, ScoreAt, Thresholds,
+    Contact, Encounter, RISK_LEVELS, Reading, RiskConvention, ScoreAt, Thresholds, measure,
 };
 use super::scenario::{Participant, Scene, Window};
 use super::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
@@ -170,7 +170,7 @@ fn risk(score: u8) -> String {
 
 /// The value of a measure in an encounter.
 fn value(id: &str, encounter: &Encounter<'_>) -> Option<f64> {
-    let measure = MEASURES.iter().find(|m| m.id == id)?;
+    let measure = measure(id)?;
     match measure.evaluate(encounter) {
         Reading::Value(value) => Some(value),
         Reading::None(_) => None,

@@ -18,7 +18,7 @@
 use nearmiss_base::geometry::{Placed, Point, Pose, Vector, angle_between};
 
 use super::context::BodyAtStep;
-use super::{Context, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+use super::{Compute, Context, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 use crate::scenario::{Motion, Participant, Scene, driven_way};
 
 /// The ego's body touches another one.
@@ -294,7 +294,7 @@ pub(super) const CONTACT_SPEED: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "relative speed at the first recorded contact (Shelby 2011)",
-    compute: contact_speed,
+    compute: Compute::Code(contact_speed),
 };
 
 fn contact_speed(encounter: &Encounter<'_>) -> Reading {

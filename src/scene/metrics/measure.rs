@@ -1,5 +1,6 @@
 //! A measure: what it is called, its unit, its source, and what is dangerous.
 
+use super::own::Formula;
 use super::{Encounter, NoValue, Reading};
 
 /// Which values of a measure are dangerous.
@@ -52,6 +53,15 @@ pub enum Mirrored {
     Negated,
 }
 
+/// How a measure is computed.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Compute {
+    /// By the program.
+    Code(fn(&Encounter<'_>) -> Reading),
+    /// By a formula of the user's.
+    Formula(&'static Formula),
+}
+
 /// A measure of one obstacle at one step.
 #[derive(Debug)]
 pub struct Measure {
@@ -70,8 +80,8 @@ pub struct Measure {
     pub reads_ahead: bool,
     /// The source of its definition.
     pub source: &'static str,
-    /// Computes it.
-    pub compute: fn(&Encounter<'_>) -> Reading,
+    /// How it is computed.
+    pub(super) compute: Compute,
 }
 
 /// The id of the risk score.
@@ -85,13 +95,39 @@ impl Measure {
     /// known, only measures of places have values, and the risk score where the region touches the ego.
     #[must_use]
     pub fn evaluate(&self, encounter: &Encounter<'_>) -> Reading {
-        if encounter.is_with_occupancy() && !OF_PLACES.contains(&self.id) {
+        if encounter.is_with_occupancy() && !self.is_of_places() {
             let is_contact = self.is_ordinal() && encounter.distance() == 0.0;
             if !is_contact {
                 return Reading::None(NoValue::Occupancy);
             }
         }
-        (self.compute)(encounter)
+        self.compute(encounter)
+    }
+
+    /// The same with whatever the other is.
+    #[must_use]
+    pub fn compute(&self, encounter: &Encounter<'_>) -> Reading {
+        match self.compute {
+            Compute::Code(compute) => compute(encounter),
+            Compute::Formula(formula) => formula.reading(encounter),
+        }
+    }
+
+    /// Whether it needs places alone.
+    pub(super) fn is_of_places(&self) -> bool {
+        match self.compute {
+            Compute::Code(_) => OF_PLACES.contains(&self.id),
+            Compute::Formula(formula) => formula.facts.of_places,
+        }
+    }
+
+    /// Its formula, where it is the user's own.
+    #[must_use]
+    pub fn formula(&self) -> Option<&'static str> {
+        match self.compute {
+            Compute::Code(_) => None,
+            Compute::Formula(formula) => Some(&formula.text),
+        }
     }
 
     /// Whether its values are levels, between which there is nothing: the risk score. They are drawn as steps.

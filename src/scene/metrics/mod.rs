@@ -9,6 +9,7 @@ mod contact;
 mod context;
 pub mod limits;
 mod measure;
+mod own;
 pub mod paper;
 mod plane;
 mod recorded;
@@ -24,7 +25,9 @@ pub use along::{LaneBody, LaneSet, Road};
 pub use contact::Contact;
 pub use context::{Context, Encounter};
 pub use limits::{LIMITS, Limit};
+use measure::Compute;
 pub use measure::{Danger, Measure, Mirrored};
+pub use own::{OwnMeasure, OwnMeasures, OwnMistake, STATES, measures, own_formulas};
 pub use plane::HORIZON;
 pub use recorded::conflict::Passing;
 pub use registry::{MeasureList, NoValue, Reading, measure};
@@ -40,7 +43,7 @@ pub use thresholds::{Change, Threshold, ThresholdError, Thresholds};
 use along::{exposure, following, rss};
 use recorded::{conflict, manoeuvre};
 
-/// Every measure, in the order of columns.
+/// Every measure that is shipped, in the order of columns; [`measures`] has those of the user, too.
 pub const MEASURES: &[Measure] = &[
     plane::DISTANCE,
     plane::TIME_TO_COLLISION,

@@ -10,7 +10,7 @@
 
 use nearmiss_base::geometry::Contact;
 
-use super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+use super::{Compute, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 
 pub(super) const TIME_TO_COLLISION: Measure = Measure {
     id: "ttc",
@@ -20,7 +20,7 @@ pub(super) const TIME_TO_COLLISION: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "Hayward 1972, bodies in the plane at constant velocity",
-    compute: time_to_collision,
+    compute: Compute::Code(time_to_collision),
 };
 
 /// Contacts later than this are not looked for, seconds.
@@ -49,7 +49,7 @@ pub(super) const WORST_CASE_TTC: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "first touch of circles that grow with worst_case (Wachenfeld 2016)",
-    compute: worst_case_ttc,
+    compute: Compute::Code(worst_case_ttc),
 };
 
 fn worst_case_ttc(encounter: &Encounter<'_>) -> Reading {
@@ -162,7 +162,7 @@ pub(super) const DISTANCE: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "exact distance of the bodies (GJK, parry)",
-    compute: distance,
+    compute: Compute::Code(distance),
 };
 
 /// Metres between the nearest points of the two bodies.

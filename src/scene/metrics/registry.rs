@@ -2,18 +2,18 @@
 
 use nearmiss_base::system::unknown;
 
-use super::{MEASURES, Measure};
+use super::{Measure, measures};
 
 /// The measure with this id.
 #[must_use]
 pub fn measure(id: &str) -> Option<&'static Measure> {
-    MEASURES.iter().find(|m| m.id == id)
+    measures().find(|m| m.id == id)
 }
 
 /// Measures chosen by id, each once, in the order in which they were named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MeasureList {
-    /// Places in [`MEASURES`]; those from `count` on are 0.
+    /// Places in [`measures`]; those from `count` on are 0.
     places: [u8; Self::MOST],
     count: u8,
 }
@@ -32,9 +32,9 @@ impl MeasureList {
             count: 0,
         };
         for id in ids.into_iter().map(str::trim) {
-            let place = MEASURES.iter().position(|measure| measure.id == id);
+            let place = measures().position(|measure| measure.id == id);
             let Some(place) = place.and_then(|place| u8::try_from(place).ok()) else {
-                return Err(unknown("measure", id, MEASURES.iter().map(|m| m.id)));
+                return Err(unknown("measure", id, measures().map(|m| m.id)));
             };
             if list.places[..list.len()].contains(&place) {
                 return Err(format!("measure `{id}` is named twice"));
@@ -66,7 +66,7 @@ impl MeasureList {
     /// The measures, as they were named.
     pub fn iter(&self) -> impl Iterator<Item = &'static Measure> + use<> {
         let places = self.places;
-        (0..self.len()).map(move |at| &MEASURES[usize::from(places[at])])
+        (0..self.len()).filter_map(move |at| measures().nth(usize::from(places[at])))
     }
 
     /// Their ids.
@@ -134,6 +134,8 @@ pub enum NoValue {
     Together,
     /// The recording begins or ends inside the conflict area.
     CutOff,
+    /// A formula divides by 0, takes the root of a negative number or the like.
+    NotFinite,
 }
 
 impl NoValue {
@@ -161,6 +163,7 @@ impl NoValue {
             Self::NoConflictArea => "no conflict area",
             Self::Together => "in the conflict area together",
             Self::CutOff => "the recording begins or ends in the conflict area",
+            Self::NotFinite => "the formula gives no finite number",
         }
     }
 }
@@ -191,7 +194,7 @@ impl From<Result<f64, NoValue>> for Reading {
 mod tests {
     use super::*;
 
-    use crate::metrics::measure;
+    use crate::metrics::{MEASURES, measure};
 
     #[test]
     fn ids_keep_their_order_and_mistakes_are_named() {

@@ -2,7 +2,7 @@
 
 use nearmiss_base::geometry::Vector;
 
-use super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+use super::{Compute, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 
 /// The position of another participant relative to the ego's body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -172,7 +172,7 @@ pub(super) const GAP_LONG: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "ego frame, bumper to bumper",
-    compute: |e| Reading::Value(e.relation().gap_long),
+    compute: Compute::Code(|e| Reading::Value(e.relation().gap_long)),
 };
 
 pub(super) const GAP_LAT: Measure = Measure {
@@ -183,7 +183,7 @@ pub(super) const GAP_LAT: Measure = Measure {
     mirrored: Mirrored::Negated,
     reads_ahead: false,
     source: "ego frame, side to side",
-    compute: |e| Reading::Value(e.relation().gap_lat),
+    compute: Compute::Code(|e| Reading::Value(e.relation().gap_lat)),
 };
 
 pub(super) const TTC_LONG: Measure = Measure {
@@ -194,7 +194,7 @@ pub(super) const TTC_LONG: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "gap over closing speed, ego frame",
-    compute: |e| to_close(&e.relation(), |r| r.gap_long, Relation::time_long),
+    compute: Compute::Code(|e| to_close(&e.relation(), |r| r.gap_long, Relation::time_long)),
 };
 
 pub(super) const TTC_LAT: Measure = Measure {
@@ -205,7 +205,7 @@ pub(super) const TTC_LAT: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "gap over closing speed, ego frame",
-    compute: |e| to_close(&e.relation(), |r| r.gap_lat, Relation::time_lat),
+    compute: Compute::Code(|e| to_close(&e.relation(), |r| r.gap_lat, Relation::time_lat)),
 };
 
 pub(super) const V_REL_LONG: Measure = Measure {
@@ -216,7 +216,7 @@ pub(super) const V_REL_LONG: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "ego frame",
-    compute: |e| Reading::Value(e.relation().velocity.x),
+    compute: Compute::Code(|e| Reading::Value(e.relation().velocity.x)),
 };
 
 pub(super) const V_REL_LAT: Measure = Measure {
@@ -227,7 +227,7 @@ pub(super) const V_REL_LAT: Measure = Measure {
     mirrored: Mirrored::Negated,
     reads_ahead: false,
     source: "ego frame",
-    compute: |e| Reading::Value(e.relation().velocity.y),
+    compute: Compute::Code(|e| Reading::Value(e.relation().velocity.y)),
 };
 
 pub(super) const A_REL_LONG: Measure = Measure {
@@ -238,7 +238,7 @@ pub(super) const A_REL_LONG: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "ego frame",
-    compute: |e| Reading::Value(e.relation().acceleration.x),
+    compute: Compute::Code(|e| Reading::Value(e.relation().acceleration.x)),
 };
 
 pub(super) const A_REL_LAT: Measure = Measure {
@@ -249,7 +249,7 @@ pub(super) const A_REL_LAT: Measure = Measure {
     mirrored: Mirrored::Negated,
     reads_ahead: false,
     source: "ego frame",
-    compute: |e| Reading::Value(e.relation().acceleration.y),
+    compute: Compute::Code(|e| Reading::Value(e.relation().acceleration.y)),
 };
 
 /// The time to close a gap, which is 0 where the bodies overlap along its axis.
@@ -342,7 +342,7 @@ pub(super) mod tests {
     fn without_a_gap_there_is_nothing_to_close() {
         let ahead = |measure: &Measure, v| {
             let (ego, other) = (motion(0., 0., 0., 10.), motion(14., 0., 0., v));
-            with(ego, other, measure.compute)
+            with(ego, other, |e| measure.compute(e))
         };
         assert!(
             ahead(&TTC_LONG, 5.)

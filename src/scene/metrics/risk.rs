@@ -14,7 +14,7 @@ use strum::{IntoStaticStr, VariantArray};
 use super::measure::RISK;
 use super::paper::{self, TooLarge};
 use super::{
-    Danger, Direction, Encounter, MEASURES, Measure, Mirrored, Reading, Thresholds, plane,
+    Compute, Danger, Direction, Encounter, Measure, Mirrored, Reading, Thresholds, measure, plane,
 };
 use crate::scenario::Scene;
 
@@ -38,7 +38,7 @@ impl RiskTable {
             |time: Option<f64>| grade(time.unwrap_or(NO_CLOSING_TIME), |level| level.time);
         let exact = of_distance(encounter.distance());
         let (distance, time) = if relation.gap_long == 0.0 && relation.gap_lat == 0.0 {
-            let time = (plane::TIME_TO_COLLISION.compute)(encounter).value();
+            let time = plane::TIME_TO_COLLISION.compute(encounter).value();
             (exact, of_time(time))
         } else {
             let weight = relation.direction.longitudinal_weight();
@@ -84,11 +84,11 @@ pub const UNROUNDED_RISK: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "own",
-    compute: |encounter| {
+    compute: Compute::Code(|encounter| {
         let table = &encounter.thresholds().risk;
         let mean = table.mean(encounter, |value, bound| table.even(value, bound));
         Reading::Value(mean.unwrap_or(0.0))
-    },
+    }),
 };
 
 pub(super) const MEASURE: Measure = Measure {
@@ -99,7 +99,7 @@ pub(super) const MEASURE: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "From Words to Collisions, with real bodies",
-    compute,
+    compute: Compute::Code(compute),
 };
 
 /// The risk score, 0 to 5.
@@ -164,7 +164,7 @@ fn up_to(most: u8, mut found: Vec<ScoreAt>) -> Vec<ScoreAt> {
 }
 
 fn exact(scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
-    let Some(risk) = MEASURES.iter().find(|measure| measure.id == "risk") else {
+    let Some(risk) = measure(RISK) else {
         return Vec::new();
     };
     let everyone: Vec<_> = scene.participants().collect();
@@ -289,16 +289,13 @@ mod tests {
             assert!((even(gap) - grade).abs() < 1e-9, "{gap} m: {}", even(gap));
         }
         let ego = motion(0., 0., 0., 10.);
-        let score = |x: f64, compute: fn(&Encounter<'_>) -> Reading| {
-            with(ego, motion(x, 0., 0., 5.), compute).value()
+        let score = |x: f64, measure: &Measure| {
+            with(ego, motion(x, 0., 0., 5.), |e| measure.compute(e)).value()
         };
-        assert_eq!(score(3., UNROUNDED_RISK.compute), Some(0.0), "contact");
-        let near = score(4.3, UNROUNDED_RISK.compute);
-        assert!(
-            near < score(4.4, UNROUNDED_RISK.compute),
-            "0.3 m and 0.4 m ahead"
-        );
-        assert_eq!(score(4.3, compute), score(4.4, compute));
+        assert_eq!(score(3., &UNROUNDED_RISK), Some(0.0), "contact");
+        let near = score(4.3, &UNROUNDED_RISK);
+        assert!(near < score(4.4, &UNROUNDED_RISK), "0.3 m and 0.4 m ahead");
+        assert_eq!(score(4.3, &MEASURE), score(4.4, &MEASURE));
     }
 
     #[test]

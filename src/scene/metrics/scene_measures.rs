@@ -2,8 +2,8 @@
 
 use super::recorded::Starts;
 use super::{
-    Contact, Context, CriticalMoment, Danger, MEASURES, NoValue, Reading, Series, Thresholds,
-    critical_moments,
+    Contact, Context, CriticalMoment, Danger, NoValue, Reading, Series, Thresholds,
+    critical_moments, measures,
 };
 use crate::scenario::Scene;
 
@@ -183,7 +183,7 @@ impl Headline {
     #[must_use]
     pub fn from_context(context: &Context<'_>) -> Self {
         let wanted = ["distance", "ttc", "risk"];
-        let measures = MEASURES.iter().filter(|m| wanted.contains(&m.id));
+        let measures = measures().filter(|m| wanted.contains(&m.id));
         Self::new(context, &Series::from_context(context, measures.collect()))
     }
 

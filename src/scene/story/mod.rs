@@ -11,7 +11,7 @@ mod words;
 use nearmiss_base::geometry::angle_between;
 use serde::Serialize;
 
-use crate::metrics::{Context, CriticalMoment, Direction, Encounter, Headline, MEASURES, Measure};
+use crate::metrics::{Context, CriticalMoment, Direction, Encounter, Headline, Measure, measure};
 use crate::scenario::{ObstacleType, Window};
 use motion::{Drive, Slowing};
 
@@ -490,7 +490,7 @@ impl<'c, 's> Telling<'c, 's> {
 }
 
 fn ttc_measure() -> Option<&'static Measure> {
-    MEASURES.iter().find(|measure| measure.id == "ttc")
+    measure("ttc")
 }
 
 /// Where the other moves to.

@@ -3,7 +3,7 @@
 use nearmiss_ask::prompts;
 use nearmiss_drive::generation::{Capability, SAME_PLACE, SAME_SPEED};
 use nearmiss_scene::description::{Form, STANDS_FAR, VELOCITY_TOLERANCE, measure_column};
-use nearmiss_scene::metrics::{Danger, MEASURES, Measure, RiskLevel, Thresholds};
+use nearmiss_scene::metrics::{Danger, Measure, RiskLevel, Thresholds, measures};
 use nearmiss_scene::scenario::Transform;
 use serde::Serialize;
 
@@ -197,8 +197,11 @@ impl<'a> Values<'a> {
 const USUAL_CRITICAL: [&str; 3] = ["ttc", "time_gap", "drac"];
 
 fn critical(thresholds: &Thresholds, of: Option<&[&str]>) -> Vec<ThresholdValues> {
-    let wanted = |measure: &&Measure| of.is_none_or(|ids| ids.contains(&measure.id));
-    let of = MEASURES.iter().filter(wanted).flat_map(|measure| {
+    let wanted = |measure: &&Measure| {
+        // Those of the user are told where they are asked for, so that prompts do not depend on them.
+        of.map_or(measure.formula().is_none(), |ids| ids.contains(&measure.id))
+    };
+    let of = measures().filter(wanted).flat_map(|measure| {
         thresholds
             .for_measure(measure.id)
             .map(|threshold| ThresholdValues {

@@ -102,6 +102,7 @@ fn time_to_collision(view: &WindowView<'_>, arguments: &Pair) -> Result<ToContac
 pub struct MeasureId(&'static str);
 
 impl MeasureId {
+    /// Those of the user are not offered: tools are the same for everyone.
     fn known() -> impl Iterator<Item = &'static str> {
         MEASURES.iter().filter(|m| !m.reads_ahead).map(|m| m.id)
     }

@@ -137,7 +137,7 @@ fn measures_that_read_ahead_do_tell_the_future() {
             for measure in MEASURES {
                 let read = |context: &nearmiss_scene::metrics::Context<'_>| -> Vec<_> {
                     (0..both)
-                        .map(|p| context.encounter(p, now).map(|e| (measure.compute)(&e)))
+                        .map(|p| context.encounter(p, now).map(|e| measure.compute(&e)))
                         .collect()
                 };
                 if read(&whole[0].0) != read(&whole[1].0) {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::{
-    LIMITS, MEASURES, Reading, SCENE_MEASURES, Threshold, Thresholds, measure,
+    LIMITS, Reading, SCENE_MEASURES, Threshold, Thresholds, measure, measures,
 };
 use nearmiss_scene::scenario::Scene;
 use ratatui::Frame;
@@ -166,9 +166,7 @@ fn obstacle(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>>
         return Vec::new();
     };
     let at = |measure: &str| found.series.at(measure, id, model.clock.step());
-    let rows = MEASURES
-        .iter()
-        .flat_map(|m| line(model, m.id, m.unit, m.source, at(m.id), width));
+    let rows = measures().flat_map(|m| line(model, m.id, m.unit, m.source, at(m.id), width));
     rows.collect()
 }
 
@@ -301,7 +299,7 @@ fn thresholds_text(model: &Model, width: usize) -> Vec<Line<'static>> {
 }
 
 fn critical(thresholds: &Thresholds) -> Vec<(String, String, bool, String)> {
-    let rows = MEASURES.iter().flat_map(|measure| {
+    let rows = measures().flat_map(|measure| {
         thresholds.for_measure(measure.id).map(|t| {
             let name = format!("{} {}", measure.id, t.name);
             (

@@ -21,8 +21,8 @@ use nearmiss_render::scene::Basemap;
 use nearmiss_render::{FigureOptions, Format, Screen, Variation, Variations};
 use nearmiss_scene::judge::{Judgement, judge_collision, judge_recording};
 use nearmiss_scene::metrics::{
-    Contact, Context, CriticalMoment, Grade, Headline, MEASURES, Measure, Reading, SCENE_MEASURES,
-    Series, Thresholds,
+    self, Contact, Context, CriticalMoment, Grade, Headline, Measure, Reading, SCENE_MEASURES,
+    Series, Thresholds, measures,
 };
 use nearmiss_scene::scenario::{Scenario, Scene, Severity, Transform};
 use nearmiss_study::evaluation::ScenePicture;
@@ -202,7 +202,7 @@ impl Opened {
 fn measured(scene: &Scene, thresholds: &Thresholds) -> (Series, Headline) {
     let wanted = |m: &&'static Measure| SHOWN.contains(&m.id);
     let context = Context::under(scene, thresholds);
-    let series = Series::from_context(&context, MEASURES.iter().filter(wanted).collect());
+    let series = Series::from_context(&context, measures().filter(wanted).collect());
     let headline = Headline::new(&context, &series);
     (series, headline)
 }
@@ -235,7 +235,7 @@ pub fn worst_of(
     measure: &str,
     thresholds: &Thresholds,
 ) -> Option<f64> {
-    let measure = MEASURES.iter().find(|m| m.id == measure)?;
+    let measure = metrics::measure(measure)?;
     let scenario = entry.read().ok()?;
     let ego = ego.resolve(entry, &scenario).ok()??;
     let scene = Scene::new(scenario, ego);
@@ -270,7 +270,7 @@ impl Measured {
     #[must_use]
     pub fn new(scene: &Scene, obstacle: Option<i64>, thresholds: &Thresholds) -> Self {
         let context = Context::under(scene, thresholds);
-        let all = || MEASURES.iter().collect();
+        let all = || measures().collect();
         let series = match obstacle {
             Some(id) => Series::of_obstacle(&context, all(), id),
             None => Series::of_obstacle(&context, Vec::new(), i64::MIN),

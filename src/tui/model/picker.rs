@@ -8,7 +8,7 @@ use nucleo_matcher::{Config, Matcher};
 use crate::action::{ACTIONS, Action, Entry, synonyms_of};
 use crate::model::{Model, Order};
 use nearmiss_scene::judge;
-use nearmiss_scene::metrics::{Danger, MEASURES, Measure};
+use nearmiss_scene::metrics::{Danger, Measure, measures};
 
 /// A line to type into and a selection below it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -109,16 +109,19 @@ pub fn models_shown(model: &Model, picker: &Picker) -> Vec<String> {
 /// The measures that the list shows, the best match first.
 #[must_use]
 pub fn measures_shown(picker: &Picker) -> Vec<&'static Measure> {
-    let texts = MEASURES.iter().map(|m| format!("{} {}", m.id, m.name));
+    let texts = measures().map(|m| format!("{} {}", m.id, m.name));
     let order = matching(&picker.text, texts);
-    order.into_iter().map(|i| &MEASURES[i]).collect()
+    order
+        .into_iter()
+        .filter_map(|i| measures().nth(i))
+        .collect()
 }
 
 /// What the list of scenarios can be sorted by, the best match first: measures of which some values are dangerous, and
 /// what else is known.
 #[must_use]
 pub fn orders_shown(picker: &Picker) -> Vec<Order> {
-    let dangerous = MEASURES.iter().filter(|m| m.danger != Danger::Neutral);
+    let dangerous = measures().filter(|m| m.danger != Danger::Neutral);
     let measures = dangerous.map(Order::Measure);
     let all: Vec<Order> = Order::PLAIN.into_iter().chain(measures).collect();
     let texts = all

@@ -173,10 +173,10 @@ impl Filter {
         Self::read_with(text, Measures::Sorted(sorted))
     }
 
-    /// Reads a filter for the windows of an index, whose measures it may compare.
+    /// Reads a filter that may compare every measure.
     #[must_use]
-    pub fn read_for_windows(text: &str) -> Self {
-        Self::read_with(text, Measures::OfWindows)
+    pub fn read_of_all(text: &str) -> Self {
+        Self::read_with(text, Measures::All)
     }
 
     fn read_with(text: &str, measures: Measures) -> Self {

@@ -3,7 +3,7 @@
 use super::facts::country_codes;
 use super::index_terms::WindowTest;
 use super::{Agreement, Filterable};
-use nearmiss_scene::metrics::{MEASURES, Measure};
+use nearmiss_scene::metrics::{Measure, measure};
 
 /// Filter terms for help: term and meaning.
 pub const TERMS: &[(&str, &str)] = &[
@@ -129,15 +129,15 @@ pub const HEADLINE: [&str; 3] = ["risk", "distance", "ttc"];
 pub enum Measures {
     /// The one that the list is sorted by.
     Sorted(Option<&'static Measure>),
-    /// Those of the windows of an index: each, as far as the index has it.
-    OfWindows,
+    /// Every one, as far as an index has it.
+    All,
 }
 
 impl Measures {
     fn has(self, measure: &Measure) -> bool {
         match self {
             Self::Sorted(sorted) => sorted.is_some_and(|s| s.id == measure.id),
-            Self::OfWindows => true,
+            Self::All => true,
         }
     }
 }
@@ -220,12 +220,11 @@ fn number(
     value: &str,
     measures: Measures,
 ) -> Result<Option<Test>, String> {
-    let measure = MEASURES.iter().find(|m| m.id == key);
     if key == "severity" {
         let test = |score| Test::Window(WindowTest::Compared(how, score));
         return Ok(number_in(key, value)?.map(test));
     }
-    let number = match (key, measure) {
+    let number = match (key, measure(key)) {
         ("obstacles", _) => Number::Obstacles,
         ("duration", _) => Number::Duration,
         ("answers", _) => Number::Answers,

@@ -113,7 +113,9 @@ fn reading(scene: &Scene, id: &str, obstacle: i64, step: i64) -> Reading {
         .participants()
         .iter()
         .position(|p| p.obstacle.id == obstacle);
-    (measure(id).unwrap().compute)(&context.encounter(place.unwrap(), step).unwrap())
+    measure(id)
+        .unwrap()
+        .compute(&context.encounter(place.unwrap(), step).unwrap())
 }
 
 #[track_caller]

@@ -30,7 +30,7 @@ fn at_first(scene: &Scene, id: &str, obstacle: i64) -> Reading {
     let encounter = context
         .encounter(place.unwrap(), context.steps().start)
         .unwrap();
-    (measure(id).unwrap().compute)(&encounter)
+    measure(id).unwrap().compute(&encounter)
 }
 
 fn of_scene(scene: &Scene, id: &str) -> Reading {

@@ -160,7 +160,7 @@ fn every_measure_can_be_described_and_is_the_registrys() {
                 let mut all = context.participants().iter();
                 let place = all.position(|p| p.obstacle.id == id).unwrap();
                 let encounter = context.encounter(place, step).unwrap();
-                let value = (measure.compute)(&encounter).value().unwrap();
+                let value = measure.compute(&encounter).value().unwrap();
                 let told = real(span);
                 assert!(
                     (value - told).abs() < 1e-9 || measure.id == "risk",

@@ -28,9 +28,9 @@ const FRAMES: [Frame; 5] = [
 
 /// The obstacle of the lowest time to collision at a step.
 fn first(scene: &Scene, step: i64) -> Option<Participant<'_>> {
-    let ttc = measure("ttc").unwrap().compute;
+    let ttc = measure("ttc").unwrap();
     let times = scene.participants().filter_map(|other| {
-        let time = ttc(&Encounter::at(scene, &other, step)?).value()?;
+        let time = ttc.compute(&Encounter::at(scene, &other, step)?).value()?;
         Some((time, other))
     });
     let first = times.min_by(|a, b| a.0.total_cmp(&b.0));

@@ -44,7 +44,7 @@ fn is_exactly_zero_or(text: &str, truth: f64) -> bool {
 }
 
 fn value(id: &str, encounter: &Encounter<'_>) -> Option<f64> {
-    (measure(id).unwrap().compute)(encounter).value()
+    measure(id).unwrap().compute(encounter).value()
 }
 
 impl Told<'_> {

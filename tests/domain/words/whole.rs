@@ -88,7 +88,7 @@ fn a_trace_leads_to_the_measure() {
     for id in ["distance", "ttc", "gap_long", "v_rel_lat", "risk"] {
         for step in window.steps() {
             let encounter = Encounter::at(&scene, &who, step).unwrap();
-            let expected = (measure(id).unwrap().compute)(&encounter).value();
+            let expected = measure(id).unwrap().compute(&encounter).value();
             let span = described.spans.iter().find(|s| {
                 s.step == Some(step) && s.of == Subject::Obstacle(CAR) && s.quantity == id
             });

@@ -18,7 +18,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
 use super::following;
 use crate::metrics::Context;
 use crate::metrics::limits::Madr;
@@ -70,7 +70,7 @@ pub(in crate::metrics) const CRASH_POTENTIAL: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "mean probability from now on that DRAC exceeds the brakes (Cunto and Saccomanno 2008)",
-    compute: crash_potential,
+    compute: Compute::Code(crash_potential),
 };
 
 fn crash_potential(encounter: &Encounter<'_>) -> Reading {
@@ -94,7 +94,7 @@ pub(in crate::metrics) const TIME_INTEGRATED: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "tau minus ttc_lane, integrated from now on (Minderhoud and Bovy 2001)",
-    compute: time_integrated,
+    compute: Compute::Code(time_integrated),
 };
 
 fn time_integrated(encounter: &Encounter<'_>) -> Reading {
@@ -110,7 +110,7 @@ pub(in crate::metrics) const TIME_EXPOSED: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "time with ttc_lane below tau, from now on (Minderhoud and Bovy 2001)",
-    compute: time_exposed,
+    compute: Compute::Code(time_exposed),
 };
 
 fn time_exposed(encounter: &Encounter<'_>) -> Reading {

@@ -48,7 +48,7 @@
 //! BTN = a_long_req / −a_max, with a_max the limit `brake_threat`; from 1 on braking alone does not help. Source:
 //! Åsljung, Nilsson and Fredriksson 2017.
 
-use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
 use super::LaneBody;
 use crate::metrics::{Context, NoValue};
 
@@ -131,7 +131,7 @@ pub(in crate::metrics) const HEADWAY: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "gap along the lane, front to rear (Jansson 2005)",
-    compute: headway,
+    compute: Compute::Code(headway),
 };
 
 fn headway(encounter: &Encounter<'_>) -> Reading {
@@ -147,7 +147,7 @@ pub(in crate::metrics) const TIME_GAP: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "headway over the ego's speed (TGAP of SUMO)",
-    compute: time_gap,
+    compute: Compute::Code(time_gap),
 };
 
 /// Slower than this a vehicle stands, m/s.
@@ -174,7 +174,7 @@ pub(in crate::metrics) const TIME_HEADWAY: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "recorded time until the ego is where the other's rear is now (Jansson 2005)",
-    compute: time_headway,
+    compute: Compute::Code(time_headway),
 };
 
 fn time_headway(encounter: &Encounter<'_>) -> Reading {
@@ -208,7 +208,7 @@ pub(in crate::metrics) const LANE_TTC: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "headway, speeds and accelerations along the lane (Jansson 2005, eq. 5.26); up to 100 s",
-    compute: lane_ttc,
+    compute: Compute::Code(lane_ttc),
 };
 
 /// Later collisions are none, seconds.
@@ -251,7 +251,7 @@ pub(in crate::metrics) const DRAC: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "½·Δv²/Δd, with the half as in SUMO",
-    compute: drac,
+    compute: Compute::Code(drac),
 };
 
 fn drac(encounter: &Encounter<'_>) -> Reading {
@@ -273,7 +273,7 @@ pub(in crate::metrics) const LATERAL_ACCELERATION: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "to be clear of the other's side at ttc_lane (Jansson 2005, 5.3.8); a magnitude",
-    compute: lateral_acceleration,
+    compute: Compute::Code(lateral_acceleration),
 };
 
 fn lateral_acceleration(encounter: &Encounter<'_>) -> Reading {
@@ -302,7 +302,7 @@ pub(in crate::metrics) const STEER_THREAT: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "a_lat_req over steer_threat (Hosseini 2016)",
-    compute: steer_threat,
+    compute: Compute::Code(steer_threat),
 };
 
 fn steer_threat(encounter: &Encounter<'_>) -> Reading {
@@ -322,7 +322,7 @@ pub(in crate::metrics) const LONGITUDINAL_ACCELERATION: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "a_other − Δv²/(2Δd), at most 0 (Jansson 2005, 5.3.5); negative is braking",
-    compute: longitudinal_acceleration,
+    compute: Compute::Code(longitudinal_acceleration),
 };
 
 fn longitudinal_acceleration(encounter: &Encounter<'_>) -> Reading {
@@ -346,7 +346,7 @@ pub(in crate::metrics) const BRAKE_THREAT: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "a_long_req over −brake_threat (Åsljung 2017)",
-    compute: brake_threat,
+    compute: Compute::Code(brake_threat),
 };
 
 fn brake_threat(encounter: &Encounter<'_>) -> Reading {

@@ -20,7 +20,7 @@
 //! are shorter than the safe ones, so this is negative then and only then. Source: Shalev-Shwartz, Shammah and
 //! Shashua, On a Formal Model of Safe and Scalable Self-driving Cars, 2017.
 
-use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
 use super::LaneBody;
 use crate::metrics::limits::Rss;
 
@@ -32,7 +32,7 @@ pub(in crate::metrics) const LONGITUDINAL_DISTANCE: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "Shalev-Shwartz et al. 2017, definitions 1 and 2, along the ego's route",
-    compute: |e| {
+    compute: Compute::Code(|e| {
         e.ask(|c, other, i| {
             Ok(longitudinal_distance(
                 &c.ego_along(i)?,
@@ -41,7 +41,7 @@ pub(in crate::metrics) const LONGITUDINAL_DISTANCE: Measure = Measure {
             ))
         })
         .into()
-    },
+    }),
 };
 
 pub(in crate::metrics) const LONGITUDINAL_MARGIN: Measure = Measure {
@@ -52,7 +52,7 @@ pub(in crate::metrics) const LONGITUDINAL_MARGIN: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "gap along the route minus rss_long; see rss_margin",
-    compute: |e: &Encounter<'_>| -> Reading {
+    compute: Compute::Code(|e: &Encounter<'_>| -> Reading {
         e.ask(|c, other, i| {
             Ok(longitudinal_margin(
                 &c.ego_along(i)?,
@@ -61,7 +61,7 @@ pub(in crate::metrics) const LONGITUDINAL_MARGIN: Measure = Measure {
             ))
         })
         .into()
-    },
+    }),
 };
 
 /// The longitudinal gap minus the safe distance, metres.
@@ -117,7 +117,7 @@ pub(in crate::metrics) const LATERAL_DISTANCE: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "Shalev-Shwartz et al. 2017, definition 6, across the ego's route",
-    compute: |e| {
+    compute: Compute::Code(|e| {
         e.ask(|c, other, i| {
             Ok(lateral_distance(
                 &c.ego_along(i)?,
@@ -126,7 +126,7 @@ pub(in crate::metrics) const LATERAL_DISTANCE: Measure = Measure {
             ))
         })
         .into()
-    },
+    }),
 };
 
 pub(in crate::metrics) const LATERAL_MARGIN: Measure = Measure {
@@ -137,7 +137,7 @@ pub(in crate::metrics) const LATERAL_MARGIN: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "gap across the route minus rss_lat; see rss_margin",
-    compute: |e: &Encounter<'_>| -> Reading {
+    compute: Compute::Code(|e: &Encounter<'_>| -> Reading {
         e.ask(|c, other, i| {
             Ok(lateral_margin(
                 &c.ego_along(i)?,
@@ -146,7 +146,7 @@ pub(in crate::metrics) const LATERAL_MARGIN: Measure = Measure {
             ))
         })
         .into()
-    },
+    }),
 };
 
 /// The lateral gap minus the safe distance, metres.
@@ -187,14 +187,14 @@ pub(in crate::metrics) const RSS_MARGIN: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: false,
     source: "larger of the two margins; dangerous below 0 (Shalev-Shwartz et al. 2017)",
-    compute: |e| {
+    compute: Compute::Code(|e| {
         e.ask(|c, other, i| {
             let (ego, other, rss) = (c.ego_along(i)?, c.along(other, i)?, &c.limits().rss);
             let along = longitudinal_margin(&ego, &other, rss);
             Ok(along.max(lateral_margin(&ego, &other, rss)))
         })
         .into()
-    },
+    }),
 };
 
 #[cfg(test)]

@@ -31,7 +31,7 @@
 
 use nearmiss_base::geometry::{Bounds, Vector};
 
-use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
 use super::Swept;
 use crate::metrics::{Contact, Context, NoValue};
 
@@ -200,7 +200,7 @@ pub(in crate::metrics) const ENCROACHMENT_TIME: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "time of the ego in the area that both bodies sweep (Allen 1978)",
-    compute: encroachment_time,
+    compute: Compute::Code(encroachment_time),
 };
 
 fn encroachment_time(encounter: &Encounter<'_>) -> Reading {
@@ -216,7 +216,7 @@ pub(in crate::metrics) const POST_ENCROACHMENT_TIME: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "between leaving and entering the area that both bodies sweep (Allen 1978)",
-    compute: post_encroachment_time,
+    compute: Compute::Code(post_encroachment_time),
 };
 
 fn post_encroachment_time(encounter: &Encounter<'_>) -> Reading {
@@ -291,7 +291,7 @@ pub(in crate::metrics) const CLOSEST_DISTANCE: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "smallest recorded distance from now on (Eggert 2014)",
-    compute: closest_distance,
+    compute: Compute::Code(closest_distance),
 };
 
 fn closest_distance(encounter: &Encounter<'_>) -> Reading {
@@ -307,7 +307,7 @@ pub(in crate::metrics) const TIME_TO_CLOSEST: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "recorded time until dce (Eggert 2014)",
-    compute: time_to_closest,
+    compute: Compute::Code(time_to_closest),
 };
 
 fn time_to_closest(encounter: &Encounter<'_>) -> Reading {
@@ -326,7 +326,7 @@ pub(in crate::metrics) const FIRST_OVERLAP: Measure = Measure {
     mirrored: Mirrored::Kept,
     reads_ahead: true,
     source: "recorded time until the bodies overlap (TTC* of CriMe)",
-    compute: first_overlap,
+    compute: Compute::Code(first_overlap),
 };
 
 fn first_overlap(encounter: &Encounter<'_>) -> Reading {

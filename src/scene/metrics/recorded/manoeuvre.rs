@@ -19,7 +19,7 @@ use std::ops::Range;
 
 use nearmiss_base::geometry::{Placed, Point, Pose, Sweep};
 
-use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
 use crate::metrics::limits::Limits;
 use crate::metrics::{Context, NoValue};
 use crate::scenario::{Motion, driven_way};
@@ -222,7 +222,7 @@ const fn measure(
         mirrored: Mirrored::Kept,
         reads_ahead: true,
         source,
-        compute,
+        compute: Compute::Code(compute),
     }
 }
 

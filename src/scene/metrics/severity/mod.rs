@@ -207,7 +207,8 @@ impl PairPaths<'_, '_> {
     /// The course that both are on, with its grade and its order in it; nothing where they are on none.
     fn graded(&self, encounter: &Encounter<'_>, step: i64) -> Option<(Grade, f64, Course)> {
         let velocities = [encounter.ego, encounter.other].map(|motion| motion.velocity_vector());
-        let straight = (plane::TIME_TO_COLLISION.compute)(encounter)
+        let straight = plane::TIME_TO_COLLISION
+            .compute(encounter)
             .value()
             .map(|seconds| Course {
                 seconds,
@@ -527,7 +528,7 @@ fn crossing(pair: &PairPaths<'_, '_>) -> Option<Graded> {
     let nearest = context.encounter(pair.participant, step)?;
     let [ego, other] = [nearest.ego, nearest.other].map(|motion| motion.pose.forward());
     let seconds = (!same_direction(&ego, &other))
-        .then(|| (conflict::POST_ENCROACHMENT_TIME.compute)(&nearest).value())
+        .then(|| conflict::POST_ENCROACHMENT_TIME.compute(&nearest).value())
         .flatten();
     // An area that both sweep for long is left and entered far apart.
     let fastest = nearest.ego.velocity.abs().max(nearest.other.velocity.abs());

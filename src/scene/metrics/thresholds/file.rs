@@ -6,7 +6,7 @@ use nearmiss_base::system::{Mistake, line_at, toml_mistake};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::super::{Danger, LIMITS, MEASURES, Measure, measure};
+use super::super::{Danger, LIMITS, Measure, measure, measures};
 use super::{Threshold, Thresholds};
 
 /// Why a file of thresholds is not in use.
@@ -131,10 +131,10 @@ impl Thresholds {
         for own in all {
             self.keeps_order(own, &shipped)?;
         }
-        let place = |t: &Threshold| MEASURES.iter().position(|m| m.id == t.measure);
+        let place = |t: &Threshold| measures().position(|m| m.id == t.measure);
         self.critical.sort_by(|a, b| {
             let of_one = place(a).cmp(&place(b));
-            let danger = place(a).map_or(Danger::Neutral, |place| MEASURES[place].danger);
+            let danger = measure(&a.measure).map_or(Danger::Neutral, |m| m.danger);
             of_one.then_with(|| danger.compare(a.value, b.value))
         });
         Ok(())
@@ -336,7 +336,7 @@ fn known(id: &Spanned<String>) -> Result<&'static Measure, Wrong> {
                 Some(_) => "is descriptive and has no dangerous values",
                 None => "is not known",
             };
-            let can = MEASURES.iter().filter(|m| m.danger != Danger::Neutral);
+            let can = measures().filter(|m| m.danger != Danger::Neutral);
             let ids: Vec<&str> = can.map(|m| m.id).collect();
             let message = format!(
                 "measure `{}` {why}; allowed are {}",

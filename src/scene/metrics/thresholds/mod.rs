@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use serde::Deserialize;
 
 use super::limits::Limits;
+use super::own::own_thresholds;
 use super::{LIMITS, Limit, Measure, RISK_LEVELS, RiskTable, measure};
 
 pub use file::ThresholdError;
@@ -69,7 +70,11 @@ static SHIPPED: LazyLock<Thresholds> = LazyLock::new(|| {
         // A test reads the file.
         .expect("the program's own thresholds are right");
     Thresholds {
-        critical: shipped.threshold,
+        critical: shipped
+            .threshold
+            .into_iter()
+            .chain(own_thresholds().cloned())
+            .collect(),
         risk: RISK_LEVELS.clone(),
         limits: Limits::SHIPPED,
         file: None,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::model::SeriesId;
-use nearmiss_scene::metrics::{MEASURES, Measure, Series, Thresholds};
+use nearmiss_scene::metrics::{MEASURES, Measure, Series, Thresholds, measure};
 use nearmiss_scene::scenario::Scene;
 
 /// The measure that is plotted, and whose.
@@ -47,19 +47,13 @@ const MOST_MARKED: usize = 5;
 impl Default for Plot {
     fn default() -> Self {
         Self {
-            measure: measure("risk"),
+            measure: measure("risk").unwrap_or(&MEASURES[0]),
             marked: Vec::new(),
             series: None,
             asked: None,
             drives: None,
         }
     }
-}
-
-/// The measure with this id, or the first one.
-fn measure(id: &str) -> &'static Measure {
-    let found = MEASURES.iter().find(|m| m.id == id);
-    found.unwrap_or(&MEASURES[0])
 }
 
 impl Plot {

@@ -7,7 +7,7 @@ use crate::features::scenarios::state::{Filter, List};
 use crate::loaded::{Facts, country_code};
 use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::CorpusIndex;
-use nearmiss_scene::metrics::{CriticalMoment, Danger, Headline, MEASURES, Measure};
+use nearmiss_scene::metrics::{CriticalMoment, Danger, Headline, Measure, measure};
 use nearmiss_workflow::{Agreement, Filterable, HEADLINE, Indexed, Number, Property, nearest};
 
 /// By what the list is sorted; scenarios of which that is not known come last.
@@ -70,8 +70,9 @@ impl Order {
     #[must_use]
     pub fn parse(id: &str) -> Option<Self> {
         let mut plain = Self::PLAIN.into_iter();
-        let measure = || MEASURES.iter().find(|m| m.id == id).map(Self::Measure);
-        plain.find(|order| order.id() == id).or_else(measure)
+        plain
+            .find(|order| order.id() == id)
+            .or_else(|| measure(id).map(Self::Measure))
     }
 
     /// Describes which scenarios come first; for measures, their name.
