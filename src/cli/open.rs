@@ -1,8 +1,10 @@
 //! Shared by commands: opening a scenario with its ego and warnings about both, and names of frames, tasks and techniques.
 
 use std::collections::HashMap;
+use std::fmt::Display;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -326,8 +328,9 @@ pub fn named_measure(id: &str) -> Result<&'static Measure, String> {
 pub struct Reading {
     /// Columns of tables of tracks: `time=t[ms],id=track,x=px[ft],y=py[down]`; `nearmiss help tracks` has roles and units
     /// [default: by the names of the columns].
-    #[arg(long, global = true, value_name = "ROLE=COLUMN,…", help_heading = TABLES)]
-    columns: Option<Columns>,
+    // `report` has an option of that name of its own, which is this one for clap: both are texts.
+    #[arg(long, global = true, value_name = "ROLE=COLUMN,…", help_heading = TABLES, value_parser = spelled::<Columns>)]
+    columns: Option<String>,
     /// Frames a second, where a table counts frames instead of time.
     #[arg(long, global = true, value_name = "HZ", help_heading = TABLES, value_parser = rate)]
     rate: Option<f64>,
@@ -338,6 +341,14 @@ pub struct Reading {
 
 /// Over these options in `--help`.
 const TABLES: &str = "Tables of tracks";
+
+/// A text that says a `T`.
+pub fn spelled<T: FromStr<Err: Display>>(text: &str) -> Result<String, String> {
+    match text.parse::<T>() {
+        Ok(_) => Ok(text.to_string()),
+        Err(error) => Err(error.to_string()),
+    }
+}
 
 fn rate(text: &str) -> Result<f64, String> {
     let rate = text
@@ -366,6 +377,8 @@ impl Reading {
         let config = { folders.as_ref() }
             .and_then(|folders| Config::read(&folders.config_file()).ok())
             .unwrap_or_default();
+        let is_axis = matches!(command, Some(Command::Report(_)));
+        let columns = self.columns.as_ref().filter(|_| !is_axis);
         let named = config.track_tables().into_iter().map(|(name, table)| {
             let columns = table.columns.parse().map_err(|error| {
                 Failure::input(format!("config.toml: tracks.{name}.columns: {error}"))
@@ -378,7 +391,7 @@ impl Reading {
             })
         });
         formats::read_tables_with(TableOptions {
-            columns: self.columns.clone(),
+            columns: columns.and_then(|said| said.parse().ok()),
             rate: self.rate,
             map: self.map.clone(),
             named: named.collect::<Result<_, Failure>>()?,

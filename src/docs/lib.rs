@@ -33,8 +33,12 @@ topics! {
         "The screen: time, map, list, asking";
     answers, "answers", "answers.md", [],
         "Claims, answers side by side and blind, many at once, history, results";
+    questions, "questions", "questions.md", ["describe"],
+        "First questions: which scenario is the worst, what happened, how to show it";
     scenarios, "scenarios", "scenarios.md", ["inspect", "convert"],
         "File formats, where the ego comes from, the bundled scenarios";
+    datasets, "datasets", "datasets.md", [],
+        "Recordings of data sets: Waymo, Argoverse, nuPlan, nuScenes, highD, SUMO, OSI";
     parts, "parts", "parts.md", [],
         "A part of a scenario in time and space, and what differs between two";
     tracks, "tracks", "tracks.md", [],

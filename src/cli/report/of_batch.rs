@@ -23,6 +23,7 @@ use nearmiss_workflow::answer_page;
 
 use super::truth::{self, known_files};
 use super::{AnyReport, ReportArguments, ReportFormat};
+use crate::open::spelled;
 use crate::output::LateProgress;
 use crate::{Failure, Outcome, open, output};
 
@@ -421,8 +422,8 @@ pub struct PivotOptions {
     #[arg(long, value_name = "AXIS", conflicts_with = "paper")]
     rows: Option<Axis>,
     /// The axis of the columns.
-    #[arg(long, value_name = "AXIS", conflicts_with = "paper")]
-    columns: Option<Axis>,
+    #[arg(long, value_name = "AXIS", conflicts_with = "paper", value_parser = spelled::<Axis>)]
+    columns: Option<String>,
     /// What the cells measure: right_of_all, f1, precision, recall, specificity, accuracy, naming_recall,
     /// naming_precision, seconds_median or cost_usd [default: right_of_all].
     #[arg(long, value_name = "MEASURE")]
@@ -444,7 +445,7 @@ impl PivotOptions {
         let rows = self.rows?;
         Some(PivotRequest {
             rows,
-            columns: self.columns,
+            columns: self.columns.as_ref().and_then(|axis| axis.parse().ok()),
             measure: self.measure(),
             against: self.against.clone(),
         })

@@ -67,6 +67,9 @@ struct Moment {
     words: String,
 }
 
+/// From which step on a light has which colour.
+type Change = (i64, &'static str);
+
 #[derive(Serialize)]
 struct PageMap {
     /// What each is for, and its ring.
@@ -79,7 +82,7 @@ struct PageMap {
     goals: Vec<Line>,
     regions: Vec<Line>,
     /// Place, and from which step on it has which colour.
-    lights: Vec<(i64, i64, Vec<(i64, &'static str)>)>,
+    lights: Vec<(i64, i64, Vec<Change>)>,
     /// Obstacle, first and last step of its occupancy sets, and their rings.
     occupancies: Vec<(i64, i64, i64, Vec<Line>)>,
 }

@@ -448,7 +448,7 @@ mod tests {
         }
         page.set_picture(0, "<svg></svg>");
         page.set_picture(0, "<svg>another</svg>");
-        let mut whole = HtmlPage::default();
+        let mut whole = nearmiss_record::HtmlPage::default();
         page.add_to(&mut whole);
         let html = whole.html();
         for bad in ["<img", "<!--", "<svg", "\u{1b}", "\u{202e}"] {
