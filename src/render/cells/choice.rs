@@ -7,6 +7,7 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
+use rayon::prelude::*;
 use tiny_skia::Pixmap;
 
 use super::Blocks;
@@ -145,7 +146,7 @@ impl Cell {
     }
 
     /// The best character with its colours, and that of the other part.
-    fn choose(&self, blocks: Blocks, inks: Inks) -> (char, Color, Color) {
+    fn choose(&self, blocks: Blocks, inks: Inks) -> Shown {
         let (color, one) = self.all.shown(ALL, inks);
         let mut best = (' ', color, color);
         let mut most = one + NOTABLE * ALL;
@@ -171,29 +172,13 @@ const EIGHTHS_LEFT: [char; 7] = ['▏', '▎', '▍', '▌', '▋', '▊', '▉'
 /// Writes the cells that show a picture of [`SAMPLES`] a cell.
 pub fn write(buffer: &mut Buffer, area: Rect, pixmap: &Pixmap, blocks: Blocks, inks: Inks) {
     let stride = pixmap.width() as usize * 4;
-    let data = pixmap.data();
-    let mut last = None;
-    for row in 0..usize::from(area.height) {
-        for column in 0..usize::from(area.width) {
-            let start = row * DOWN * stride + column * ACROSS * 4;
-            let rows = (0..DOWN).map(|y| {
-                let from = start + y * stride;
-                &data[from..from + ACROSS * 4]
-            });
-            let (symbol, front, back) = match Cell::new(rows) {
-                Ok(cell) => cell.choose(blocks, inks),
-                Err(pixel) => {
-                    // Most cells are like the one before.
-                    let color = match last {
-                        Some((known, color)) if known == pixel => color,
-                        _ => inks.nearest(pixel.parts()).0,
-                    };
-                    last = Some((pixel, color));
-                    (' ', color, color)
-                }
-            };
-            let at = (area.x + column as u16, area.y + row as u16);
-            if let Some(cell) = buffer.cell_mut(at) {
+    let rows = pixmap.data().par_chunks(DOWN * stride);
+    let chosen: Vec<Vec<Shown>> = rows
+        .map(|row| choose_row(row, stride, blocks, inks))
+        .collect();
+    for (y, row) in (area.y..area.bottom()).zip(chosen) {
+        for (x, (symbol, front, back)) in (area.x..area.right()).zip(row) {
+            if let Some(cell) = buffer.cell_mut((x, y)) {
                 cell.set_char(symbol).set_bg(back);
                 if front != back {
                     cell.set_fg(front);
@@ -201,4 +186,28 @@ pub fn write(buffer: &mut Buffer, area: Rect, pixmap: &Pixmap, blocks: Blocks, i
             }
         }
     }
+}
+
+/// A character, its colour, and that of the other part.
+type Shown = (char, Color, Color);
+
+/// The cells of a row.
+fn choose_row(samples: &[u8], stride: usize, blocks: Blocks, inks: Inks) -> Vec<Shown> {
+    let mut last = None;
+    let cells = (0..stride).step_by(ACROSS * 4).map(|start| {
+        let lines = samples.chunks_exact(stride);
+        match Cell::new(lines.map(|line| &line[start..start + ACROSS * 4])) {
+            Ok(cell) => cell.choose(blocks, inks),
+            Err(pixel) => {
+                // Most cells are like the one before.
+                let color = match last {
+                    Some((known, color)) if known == pixel => color,
+                    _ => inks.nearest(pixel.parts()).0,
+                };
+                last = Some((pixel, color));
+                (' ', color, color)
+            }
+        }
+    });
+    cells.collect()
 }

@@ -109,14 +109,20 @@ pub fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearanc
     let rows = u32::from(area.height) * down as u32;
     match look.style {
         MapStyle::Cells(blocks) => {
-            let Some(whole) = raster::stretched(picture, columns, rows, true) else {
+            let size = dots::size(area);
+            let inks = colors::Inks::of(look.theme.map_road);
+            // The fine picture takes as long as all else.
+            let (whole, (surfaces, lines)) = rayon::join(
+                || raster::stretched(picture, columns, rows, true),
+                || {
+                    let surfaces = raster::stretched(picture, size.0, size.1, false);
+                    (surfaces, dots::dots(picture, area, look.style))
+                },
+            );
+            let Some(whole) = whole else {
                 return;
             };
-            let inks = colors::Inks::of(look.theme.map_road);
             choice::write(buffer, area, &whole, blocks, inks);
-            let size = dots::size(area);
-            let surfaces = raster::stretched(picture, size.0, size.1, false);
-            let lines = dots::dots(picture, area, look.style);
             if let (Some(lines), Some(surfaces)) = (lines, surfaces) {
                 dots::write_over(buffer, area, &lines, &surfaces, &whole, inks);
             }
