@@ -7,13 +7,11 @@ fn main() -> ExitCode {
     cli::report_panics();
     let outcome = run(cli::arguments());
     cli::clean_up();
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            failure.say();
-            ExitCode::from(failure.status)
-        }
-    }
+    let Err(failure) = outcome else {
+        return ExitCode::SUCCESS;
+    };
+    failure.say();
+    ExitCode::from(failure.status)
 }
 
 fn run(arguments: cli::Arguments) -> cli::Outcome {

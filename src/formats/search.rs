@@ -387,7 +387,7 @@ pub enum PassedOverReason {
     #[error("{}", .0.message)]
     Recording(ReadError),
     /// Data of driving in a format that is not read: what it is.
-    #[error("{0}, which is not read")]
+    #[error("{0}, not a scenario")]
     Kind(String),
     /// A folder that could not be read.
     #[error("not searched: {}", system::error_text(.0))]

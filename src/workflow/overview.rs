@@ -265,8 +265,9 @@ impl Filterable for Overview {
         Some(self.facts.agreement())
     }
 
+    /// As the row shows it: a value that is copied from there is itself within the bound.
     fn number(&self, number: Number) -> Option<f64> {
-        match number {
+        let exact = match number {
             Number::Of(measure) if !HEADLINE.contains(&measure.id) => {
                 let mut compared = self.compared.iter();
                 compared
@@ -274,7 +275,8 @@ impl Filterable for Overview {
                     .map(|(_, value)| *value)
             }
             _ => self.facts.number(number),
-        }
+        };
+        exact.map(thousandth)
     }
 
     fn indexed(&self) -> &Indexed {

@@ -43,7 +43,11 @@ const HOMES: [(&str, &[&str]); 30] = [
     ),
     (
         "prost",
-        &["formats/commonroad/protobuf/", "formats/recordings/waymo/"],
+        &[
+            "formats/commonroad/protobuf/",
+            "formats/recordings/waymo/",
+            "formats/recordings/osi/",
+        ],
     ),
     ("rusqlite", &["store/", "formats/recordings/nuplan/"]),
     ("minijinja", &["ask/prompts/"]),
@@ -63,7 +67,10 @@ const HOMES: [(&str, &[&str]); 30] = [
             "formats/recordings/tracks/",
         ],
     ),
-    ("zstd", &["formats/recordings/tracks/"]),
+    (
+        "zstd",
+        &["formats/recordings/tracks/", "formats/recordings/osi/"],
+    ),
     ("arrow_array", &["formats/recordings/tracks/arrow.rs"]),
     ("arrow_cast", &["formats/recordings/tracks/arrow.rs"]),
     ("arrow_ipc", &["formats/recordings/tracks/arrow.rs"]),

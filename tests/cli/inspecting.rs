@@ -288,7 +288,7 @@ fn standard_input_is_a_scenario_or_a_table_of_tracks() {
     let ended = home
         .run_with_input(&["inspect", "-"], table.as_bytes())
         .status(0);
-    assert!(ended.stdout.contains("2 dynamic"), "{}", ended.stdout);
+    assert!(ended.stdout.contains("2 × dynamic car"), "{}", ended.stdout);
     home.write("-", scenario);
     home.run(&["inspect", "./-"]).status(0);
 }
@@ -461,14 +461,12 @@ fn a_story_tells_what_happened() {
 fn what_is_not_read_is_told_by_name() {
     let home = Home::new();
     home.write("cars/a.net.xml", "<net version=\"1.20\"></net>");
-    let said = home.run(&["inspect", "cars/a.net.xml"]).status(2).stderr;
-    assert!(
-        said.contains("a road network of SUMO, not a scenario") && said.contains("--fcd-output"),
-        "{said}"
-    );
+    // A map opens by its name, and is no scenario of a folder.
+    let page = home.run(&["inspect", "cars/a.net.xml"]).status(0).stdout;
+    assert!(page.contains("a map without traffic"), "{page}");
     let said = home.run(&["inspect", "cars"]).status(2).stderr;
     assert!(
-        said.contains("a.net.xml (a road network of SUMO, which is not read)"),
+        said.contains("a.net.xml (a road network of SUMO, not a scenario)"),
         "{said}"
     );
     home.write("cars/fcd.xml", floating_cars());

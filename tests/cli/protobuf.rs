@@ -20,7 +20,7 @@ fn document(home: &Home, file: &str) -> serde_json::Value {
     let hash = document.as_object_mut().unwrap().remove("hash");
     assert_eq!(hash.unwrap().as_str().map(str::len), Some(12));
     // Only the bundled scenario has its recording with it, and each file has its name.
-    for key in ["ego", "file", "scenario"] {
+    for key in ["ego", "file", "row", "scenario"] {
         document.as_object_mut().unwrap().remove(key);
     }
     document

@@ -47,7 +47,7 @@ fn windows_are_found_inspected_measured_and_converted() {
         files == [folder.join("fcd.xml#track=7@12.8s").display().to_string()],
         "{files:?}"
     );
-    assert!(lines[0]["ego"].as_bool().expect("said"), "{lines:?}");
+    assert_eq!(lines[0]["ego"], 7, "{lines:?}");
     let ended = home.run(&["inspect", files[0]]).status(0);
     assert!(
         ended.stdout.contains("SUMO") && ended.stdout.contains("no net"),

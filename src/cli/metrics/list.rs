@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::{Format, Metrics, Rows, measured};
 use crate::{Failure, Outcome, json, output};
+use nearmiss_base::system::pad_end;
 use nearmiss_scene::metrics::{Danger, SCENE_MEASURES, Threshold, Thresholds, measures};
 
 /// One measure.
@@ -141,15 +142,12 @@ impl Line<'_> {
 fn table(lines: &[Line<'_>]) -> String {
     let longest = lines.iter().map(|line| line.id.len() + 1).max();
     let width = longest.unwrap_or_default().max(16);
-    let mut text = format!(
-        "{:<width$}{:<6}{:<6}{}\n",
-        "measure", "unit", "bad", "what it is"
-    );
-    let indent = width + 12;
+    let head = pad_end("measure", width);
+    let mut text = format!("{head}{:<6}{:<6}{}\n", "unit", "bad", "what it is");
     for line in lines {
         text.push_str(&format!(
-            "{:<width$}{:<6}{:<6}{}; {}\n",
-            line.id,
+            "{}{:<6}{:<6}{}; {}\n",
+            pad_end(line.id, width),
             line.unit,
             direction(line.danger),
             line.name,
@@ -157,8 +155,8 @@ fn table(lines: &[Line<'_>]) -> String {
         ));
         for threshold in &line.thresholds {
             text.push_str(&format!(
-                "{:<indent$}{} ({})\n",
-                "",
+                "{}{} ({})\n",
+                " ".repeat(width + 12),
                 line.at(threshold),
                 threshold.source
             ));

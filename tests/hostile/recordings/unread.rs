@@ -151,7 +151,7 @@ fn a_search_names_data_that_is_not_read_and_no_companions() {
     );
     let (_, passed) = searched(folder.path());
     for what in [
-        "a road network of SUMO, which is not read",
+        "a road network of SUMO, not a scenario",
         "a map of Lanelet2",
         "no track in it",
     ] {

@@ -6,7 +6,8 @@ use nearmiss_base::geometry::Point;
 use nearmiss_scene::scenario::Diagnostic;
 
 use super::columns::Role;
-use super::table::{Recorded, Rows, Said};
+use super::gather::Rows;
+use super::table::{Recorded, Said};
 use super::{Plan, options};
 use crate::commonroad::ReadError;
 use crate::recordings::Report;

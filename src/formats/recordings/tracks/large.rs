@@ -11,7 +11,8 @@ use nearmiss_scene::scenario::{Diagnostic, HashedBeginning, Scenario, Severity};
 use super::arrow;
 use super::batch::{Batch, Values, Wanted};
 use super::columns::Role;
-use super::table::{Decided, Recorded, Rows, Said, Slice};
+use super::gather::{Rows, Slice, plain_number};
+use super::table::{Decided, Recorded, Said};
 use super::text::{self, BadCell};
 use super::{Leftovers, Plan, Table, Written, hashed};
 use crate::commonroad::ReadError;
@@ -376,7 +377,7 @@ struct Names {
 impl Names {
     fn places(&mut self, names: &[String]) -> Vec<u32> {
         let place = |name: &String| {
-            let plain = super::table::plain_number(name.clone());
+            let plain = plain_number(name.clone());
             let next = u32::try_from(self.all.len()).unwrap_or(u32::MAX);
             *self.places.entry(plain).or_insert_with_key(|name| {
                 self.all.push(name.clone());

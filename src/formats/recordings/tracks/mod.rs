@@ -8,11 +8,13 @@ mod batch;
 mod check;
 mod columns;
 mod forecast;
+mod gather;
 mod guess;
 mod known;
 mod large;
 mod motion;
 mod scenario;
+mod states;
 pub(super) mod table;
 #[cfg(test)]
 mod tests;
@@ -34,9 +36,10 @@ use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, HEAD, Parts};
 use columns::Role;
+use gather::Rows;
 use known::Known;
 use large::Outline;
-use table::{Decided, Recorded, Rows, Said, Track};
+use table::{Decided, Recorded, Said, Track};
 
 pub use arrow::Form as ColumnForm;
 pub use batch::Wanted;

@@ -1,243 +1,18 @@
-//! A table of tracks in SI units: rows become tracks, and what was found out or assumed is kept for the report.
-
-use std::cell::OnceCell;
-use std::collections::{BTreeMap, HashMap};
-use std::f64::consts::FRAC_PI_2;
+//! A table of tracks in SI units: what was found out of its units and conventions, or assumed, is kept for the report.
 
 use nearmiss_base::geometry::{Point, Vector, angle_between};
-use nearmiss_scene::scenario::plausibility::refused_coordinate;
 use nearmiss_scene::scenario::{Diagnostic, ObstacleType, Severity};
 
-use super::batch::{Batch, Values};
-use super::check::{self, Seen};
 use super::columns::{Columns, Convention, FOOT, Role};
+use super::gather::{MODE, Rows};
 use super::guess::{self, HeadingForm, Pair, SpeedUnit, TimeUnit};
 use super::motion;
-use super::text::BadCell;
+use super::states::signed;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::Report;
-use crate::recordings::assembly::{self, TrackState, signed_speed};
-use crate::recordings::rows::Steps;
+use crate::recordings::assembly::{self, TrackState};
 use crate::recordings::utm::TransverseMercator;
-
-/// No table has more rows.
-const MOST_ROWS: usize = 20_000_000;
-
-/// Rows as they are read, column by column.
-#[derive(Debug, Default)]
-pub struct Rows {
-    /// Of the roles that the table has, without texts.
-    numbers: BTreeMap<Role, Vec<f64>>,
-    /// The place of each row's track.
-    track: Vec<u32>,
-    lines: Vec<u32>,
-    tracks: Vec<Named>,
-    places: HashMap<(String, String), u32>,
-    /// Numbers with a decimal comma.
-    commas: usize,
-    /// Rows without a time, place or name, and the first one's line.
-    incomplete: (usize, u32),
-    /// Which rows are taken; else all.
-    only: Option<Slice>,
-}
-
-/// Some rows of a table.
-#[derive(Debug, Clone)]
-pub struct Slice {
-    /// The column of times, and from when to when, in its unit.
-    pub clock: Role,
-    /// Both included.
-    pub times: (f64, f64),
-    /// The name of their scenario; else of any.
-    pub scenario: Option<String>,
-}
-
-impl Rows {
-    /// None yet, and none but those of `slice`.
-    pub fn only(slice: Slice) -> Self {
-        Self {
-            only: Some(slice),
-            ..Self::default()
-        }
-    }
-}
-
-/// A track as the table names it.
-#[derive(Debug, Default, Clone)]
-struct Named {
-    name: String,
-    scenario: String,
-    class: String,
-    is_ego: bool,
-}
-
-/// Parts the name of a predicted trajectory into the road user and the mode.
-const MODE: &str = ", mode ";
-
-/// What names of an ego are.
-const EGO: [&str; 6] = ["ego", "av", "sdc", "self", "host", "ego_vehicle"];
-
-impl Rows {
-    /// Adds those of a batch; `roles` are those of its columns.
-    ///
-    /// # Errors
-    /// There are too many.
-    pub fn add(&mut self, roles: &[Role], batch: Batch) -> Result<(), BadCell> {
-        self.commas += batch.commas;
-        if self.lines.len() + batch.lines.len() > MOST_ROWS {
-            return Err(BadCell {
-                line: self.lines.len(),
-                column: String::new(),
-                message: format!("more than {MOST_ROWS} rows; split the table"),
-            });
-        }
-        let texts = |role: Role| {
-            let place = roles.iter().position(|r| *r == role)?;
-            match &batch.values[place] {
-                Values::Texts(places, texts) => Some((places, &texts.texts)),
-                Values::Numbers(_) => None,
-            }
-        };
-        let text = |of: Option<(&Vec<u32>, &Vec<String>)>, row: usize| -> String {
-            of.map_or_else(String::new, |(places, texts)| {
-                texts[places[row] as usize].clone()
-            })
-        };
-        let numbers: Vec<(Role, &Vec<f64>)> = roles
-            .iter()
-            .zip(&batch.values)
-            .filter_map(|(role, values)| match values {
-                Values::Numbers(numbers) => Some((*role, numbers)),
-                Values::Texts(..) => None,
-            })
-            .collect();
-        let needed: Vec<&Vec<f64>> = numbers
-            .iter()
-            .filter(|(role, _)| NEEDED.contains(role))
-            .map(|(_, numbers)| *numbers)
-            .collect();
-        let (ids, scenarios) = (texts(Role::Id), texts(Role::Scenario));
-        let (classes, egos, modes) = (texts(Role::Class), texts(Role::Ego), texts(Role::Mode));
-        let only = self.only.clone();
-        let is_wanted = |row: usize| -> bool {
-            let Some(only) = &only else {
-                return true;
-            };
-            let clock = numbers.iter().find(|(role, _)| *role == only.clock);
-            let time = clock.map_or(only.times.0, |(_, values)| values[row]);
-            let is_of = |name: &String| plain_number(text(scenarios, row)) == *name;
-            // A row without a time is told as such.
-            !(time < only.times.0 || time > only.times.1)
-                && only.scenario.as_ref().is_none_or(is_of)
-        };
-        // Names of this batch are those of tracks that are known by number.
-        let mut known: HashMap<[u32; 3], u32> = HashMap::new();
-        let mut kept = Vec::with_capacity(batch.lines.len());
-        for (row, line) in batch.lines.iter().enumerate() {
-            if !is_wanted(row) {
-                continue;
-            }
-            let id = ids.map_or(0, |(places, _)| places[row]);
-            let is_named = ids.is_none_or(|(_, texts)| !texts[id as usize].is_empty());
-            if !is_named || needed.iter().any(|values| values[row].is_nan()) {
-                self.incomplete.0 += 1;
-                if self.incomplete.1 == 0 {
-                    self.incomplete.1 = *line;
-                }
-                continue;
-            }
-            let scenario = scenarios.map_or(0, |(places, _)| places[row]);
-            let mode = modes.map_or(0, |(places, _)| places[row]);
-            let track = match known.get(&[id, scenario, mode]) {
-                Some(track) => *track,
-                None => {
-                    let name = plain_number(text(ids, row));
-                    let named = Named {
-                        name: match modes {
-                            Some(_) => format!("{name}{MODE}{}", text(modes, row)),
-                            None => name,
-                        },
-                        scenario: plain_number(text(scenarios, row)),
-                        class: text(classes, row),
-                        is_ego: false,
-                    };
-                    let track = self.track_of(named);
-                    known.insert([id, scenario, mode], track);
-                    track
-                }
-            };
-            if egos.is_some() && is_yes(&text(egos, row)) {
-                self.tracks[track as usize].is_ego = true;
-            }
-            kept.push(row);
-            self.track.push(track);
-            self.lines.push(*line);
-        }
-        for (role, values) in numbers {
-            let all = self.numbers.entry(role).or_default();
-            if kept.len() == values.len() {
-                all.extend(values);
-            } else {
-                all.extend(kept.iter().map(|row| values[*row]));
-            }
-        }
-        Ok(())
-    }
-
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.lines.len()
-    }
-
-    /// The first value of each track in a column.
-    pub fn firsts(&self, role: Role) -> Vec<Option<f64>> {
-        let mut found = vec![None; self.tracks.len()];
-        let values = self.numbers.get(&role).map_or(&[][..], Vec::as_slice);
-        for (track, value) in self.track.iter().zip(values) {
-            let first = &mut found[*track as usize];
-            *first = first.or(Some(*value).filter(|value| value.is_finite()));
-        }
-        found
-    }
-
-    fn track_of(&mut self, named: Named) -> u32 {
-        let key = (named.scenario.clone(), named.name.clone());
-        let next = u32::try_from(self.tracks.len()).unwrap_or(u32::MAX);
-        let place = *self.places.entry(key).or_insert(next);
-        if place == next {
-            let is_ego = EGO.contains(&named.name.to_lowercase().as_str())
-                || EGO.contains(&named.class.to_lowercase().as_str());
-            self.tracks.push(Named { is_ego, ..named });
-        }
-        place
-    }
-}
-
-/// Without these a row says nothing.
-const NEEDED: [Role; 6] = [
-    Role::Time,
-    Role::Frame,
-    Role::X,
-    Role::Y,
-    Role::Latitude,
-    Role::Longitude,
-];
-
-/// A whole number that was written as `12.0`, as pandas does where a column has gaps.
-pub fn plain_number(text: String) -> String {
-    match text.strip_suffix(".0") {
-        Some(whole) if whole.parse::<i64>().is_ok() => whole.to_string(),
-        _ => text,
-    }
-}
-
-fn is_yes(text: &str) -> bool {
-    matches!(
-        text.to_lowercase().as_str(),
-        "true" | "1" | "1.0" | "yes" | "y" | "ego"
-    )
-}
 
 /// The tracks of a table, metres, seconds and radians.
 #[derive(Debug)]
@@ -260,17 +35,17 @@ pub struct Recorded {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Decided {
     /// What one of its times is, seconds.
-    time: f64,
+    pub(super) time: f64,
     /// What one of x, y, length and width is, metres.
-    lengths: [f64; 4],
+    pub(super) lengths: [f64; 4],
     /// What one of its speeds is, m/s.
-    speed: f64,
-    is_local: bool,
-    is_down: bool,
-    heading: Option<HeadingForm>,
+    pub(super) speed: f64,
+    pub(super) is_local: bool,
+    pub(super) is_down: bool,
+    pub(super) heading: Option<HeadingForm>,
     /// How far before the middle places are, in lengths.
-    ahead: Option<f64>,
-    plane: Option<TransverseMercator>,
+    pub(super) ahead: Option<f64>,
+    pub(super) plane: Option<TransverseMercator>,
 }
 
 impl Decided {
@@ -336,31 +111,31 @@ pub struct Said {
 const MOST_PAIRS: usize = 50_000;
 
 /// A table whose units are being found out.
-struct Work<'a> {
-    rows: Rows,
-    columns: &'a Columns,
-    said: Said,
-    report: Report,
+pub(super) struct Work<'a> {
+    pub(super) rows: Rows,
+    pub(super) columns: &'a Columns,
+    pub(super) said: Said,
+    pub(super) report: Report,
     /// Seconds, once they are known; before as in the table.
-    times: Vec<f64>,
+    pub(super) times: Vec<f64>,
     /// Metres once they are known.
-    places: Vec<Point>,
-    plane: Option<TransverseMercator>,
+    pub(super) places: Vec<Point>,
+    pub(super) plane: Option<TransverseMercator>,
     /// Rows of each track in order of time.
-    order: Vec<Vec<u32>>,
+    pub(super) order: Vec<Vec<u32>>,
     /// Length and width of each track, 0 where the table has none.
-    sizes: Vec<(f64, f64)>,
+    pub(super) sizes: Vec<(f64, f64)>,
     /// What speeds are multiplied with to be m/s.
-    speed: f64,
+    pub(super) speed: f64,
     /// Whether velocities are along and across the body rather than the axes.
-    is_local: bool,
+    pub(super) is_local: bool,
     /// Whether the table's y grows downwards.
-    is_down: bool,
+    pub(super) is_down: bool,
     /// What one of its times is, seconds, and one of x, y, length and width, metres.
-    time: f64,
-    lengths: [f64; 4],
+    pub(super) time: f64,
+    pub(super) lengths: [f64; 4],
     /// How far before the middle places are, in lengths.
-    ahead: Option<f64>,
+    pub(super) ahead: Option<f64>,
 }
 
 impl Recorded {
@@ -432,15 +207,15 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn factor(&self, role: Role) -> Option<f64> {
+    pub(super) fn factor(&self, role: Role) -> Option<f64> {
         self.columns.of.get(&role)?.factor
     }
 
-    fn column(&self, role: Role) -> &str {
+    pub(super) fn column(&self, role: Role) -> &str {
         self.columns.of.get(&role).map_or("", |s| s.column.as_str())
     }
 
-    fn numbers(&self, role: Role) -> Option<&Vec<f64>> {
+    pub(super) fn numbers(&self, role: Role) -> Option<&Vec<f64>> {
         self.rows.numbers.get(&role)
     }
 
@@ -820,7 +595,7 @@ impl<'a> Work<'a> {
     }
 
     /// The heading of a row, radians; NaN where it has none.
-    fn heading(&self, form: HeadingForm, row: u32) -> f64 {
+    pub(super) fn heading(&self, form: HeadingForm, row: u32) -> f64 {
         let written = self
             .numbers(Role::Heading)
             .map_or(f64::NAN, |h| h[row as usize]);
@@ -859,7 +634,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn kind(&self, track: usize) -> ObstacleType {
+    pub(super) fn kind(&self, track: usize) -> ObstacleType {
         let class = &self.rows.tracks[track].class;
         match self.said.kind {
             Some(kind) => kind(class),
@@ -867,248 +642,6 @@ impl<'a> Work<'a> {
             None => assembly::kind_by_class(class),
         }
     }
-
-    /// The tracks.
-    fn finish(mut self, form: Option<HeadingForm>) -> Result<Recorded, ReadError> {
-        let steps = self.steps()?;
-        if let Some(row) = self.places.iter().position(|p| {
-            refused_coordinate(p.x)
-                .or(refused_coordinate(p.y))
-                .is_some()
-        }) {
-            let at = self.report.row(self.rows.lines[row] as usize, "");
-            let why = refused_coordinate(self.places[row].x)
-                .or(refused_coordinate(self.places[row].y))
-                .unwrap_or_default();
-            return Err(at.fail(why));
-        }
-        let step = |time: f64| ((time - steps.0) / steps.1).round() as i64;
-        let mut seen: Vec<(String, Vec<Seen>)> = Vec::with_capacity(self.order.len());
-        let mut twice: Option<(u32, String, usize)> = None;
-        for (track, rows) in self.order.iter_mut().enumerate() {
-            let (times, before) = (&self.times, rows.len());
-            let mut first_twice = None;
-            rows.dedup_by(|row, kept| {
-                let same = step(times[*row as usize]) == step(times[*kept as usize]);
-                if same {
-                    first_twice.get_or_insert(self.rows.lines[*row as usize]);
-                }
-                same
-            });
-            let name = &self.rows.tracks[track].name;
-            if let Some(line) = first_twice {
-                let known = twice.get_or_insert((line, name.clone(), 0));
-                known.2 += before - rows.len();
-            }
-            let each = rows.iter().map(|row| Seen {
-                step: step(self.times[*row as usize]),
-                line: self.rows.lines[*row as usize],
-                place: self.places[*row as usize],
-            });
-            seen.push((name.clone(), each.collect()));
-        }
-        if let Some((line, name, count)) = twice {
-            let at = self.report.row(line as usize, format!("track `{name}`"));
-            at.warn(format!(
-                "{count} rows are at a time that their track has already, this one first; the first row of each is used"
-            ));
-        }
-        check::check(&self.report, &seen, steps.1);
-        let mut missing = (0, 0);
-        let mut tracks = Vec::with_capacity(seen.len());
-        for (track, (name, rows)) in seen.into_iter().enumerate() {
-            let states = self.states(track, &rows, form, steps.1, &mut missing);
-            let named = &self.rows.tracks[track];
-            tracks.push(Track {
-                name,
-                scenario: named.scenario.clone(),
-                kind: self.kind(track),
-                is_ego: named.is_ego,
-                size: self.sizes[track],
-                states,
-            });
-        }
-        self.report.note_count(missing.0, |n| {
-            format!("headings from the motion, smoothed over up to 0.8 s: {n}")
-        });
-        self.report.note_count(missing.1, |n| {
-            format!("speeds from the motion, smoothed over up to 0.8 s: {n}")
-        });
-        let decided = Decided {
-            time: self.time,
-            lengths: self.lengths,
-            speed: self.speed,
-            is_local: self.is_local,
-            is_down: self.is_down,
-            heading: form,
-            ahead: self.ahead,
-            plane: self.plane,
-        };
-        Ok(Recorded {
-            tracks,
-            decided,
-            start: steps.0,
-            time_step: steps.1,
-            plane: self.plane,
-            diagnostics: self.report.into_diagnostics(),
-        })
-    }
-
-    /// When the first step is and how long one is, seconds. Rows of a table that is sampled unevenly are put on even steps.
-    fn steps(&mut self) -> Result<(f64, f64), ReadError> {
-        let mut all = self.times.clone();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        match Steps::from_times(&all) {
-            Ok(found) => {
-                found.report_to(&self.report);
-                Ok((found.start, found.time_step))
-            }
-            Err(why) => {
-                // Each track may have a clock of its own.
-                let between = self.order.iter().flat_map(|rows| {
-                    rows.windows(2)
-                        .map(|pair| self.times[pair[1] as usize] - self.times[pair[0] as usize])
-                });
-                let between = between.filter(|time| *time > 1e-4).collect();
-                let median = assembly::median(between);
-                let time_step = (median * 1e3).round() / 1e3;
-                let (start, last) = (all[0], all[all.len() - 1]);
-                if time_step <= 0.0 || (last - start) / time_step > 1e7 {
-                    return Err(self.report.fail(why));
-                }
-                self.resample(start, time_step);
-                self.report.at("").warn(format!(
-                    "rows are not at equal times; places are interpolated at steps of {time_step} s"
-                ));
-                Ok((start, time_step))
-            }
-        }
-    }
-
-    /// Moves rows to the nearest steps: place, heading and speed at that time, by those of the rows around it.
-    fn resample(&mut self, start: f64, time_step: f64) {
-        let old = (self.times.clone(), self.places.clone());
-        let numbers = [
-            Role::Heading,
-            Role::Speed,
-            Role::VelocityX,
-            Role::VelocityY,
-            Role::Acceleration,
-        ];
-        let before: Vec<(Role, Vec<f64>)> = numbers
-            .into_iter()
-            .filter_map(|role| Some((role, self.rows.numbers.get(&role)?.clone())))
-            .collect();
-        for rows in &self.order {
-            for (i, row) in rows.iter().enumerate() {
-                let row = *row as usize;
-                let time = start + ((old.0[row] - start) / time_step).round() * time_step;
-                let other = if time < old.0[row] {
-                    i.checked_sub(1).and_then(|i| rows.get(i))
-                } else {
-                    rows.get(i + 1)
-                };
-                self.times[row] = time;
-                let Some(other) = other.map(|row| *row as usize) else {
-                    continue;
-                };
-                let between = old.0[other] - old.0[row];
-                if between == 0.0 || between.abs() > 3.0 * time_step {
-                    continue;
-                }
-                let part = (time - old.0[row]) / between;
-                self.places[row] = old.1[row] + (old.1[other] - old.1[row]) * part;
-                for (role, values) in &before {
-                    let (a, b) = (values[row], values[other]);
-                    // Headings that pass the end of their circle stay.
-                    let is_far = *role == Role::Heading && (b - a).abs() > 1.0;
-                    if let Some(all) = self.rows.numbers.get_mut(role).filter(|_| !is_far) {
-                        all[row] = a + (b - a) * part;
-                    }
-                }
-            }
-        }
-    }
-
-    /// The states of a track; headings and speeds that had to be derived are counted in `missing`.
-    fn states(
-        &self,
-        track: usize,
-        rows: &[Seen],
-        form: Option<HeadingForm>,
-        dt: f64,
-        missing: &mut (usize, usize),
-    ) -> Vec<TrackState> {
-        let order = &self.order[track];
-        let velocity = self
-            .numbers(Role::VelocityX)
-            .zip(self.numbers(Role::VelocityY));
-        let acceleration = self.numbers(Role::Acceleration);
-        let stronger = self.factor(Role::Acceleration).unwrap_or(1.0);
-        let complete =
-            form.is_some() && (velocity.is_some() || self.numbers(Role::Speed).is_some());
-        // What the table says is not derived.
-        let derived = OnceCell::new();
-        let derive = || {
-            let steps: Vec<i64> = rows.iter().map(|row| row.step).collect();
-            let places: Vec<Point> = rows.iter().map(|row| row.place).collect();
-            motion::derive(&steps, &places, dt)
-        };
-        if !complete {
-            derived.get_or_init(derive);
-        }
-        let mut states = Vec::with_capacity(rows.len());
-        for (i, seen) in rows.iter().enumerate() {
-            let row = order[i];
-            let at = row as usize;
-            let given = form.map_or(f64::NAN, |form| self.heading(form, row));
-            let heading = if given.is_nan() {
-                missing.0 += 1;
-                derived.get_or_init(derive)[i].heading
-            } else {
-                given
-            };
-            let by_axes = velocity.map(|(x, y)| (x[at] * self.speed, y[at] * self.speed));
-            let said = match (self.numbers(Role::Speed), by_axes) {
-                (Some(speed), _) if speed[at].is_finite() => Some(speed[at] * self.speed),
-                (_, Some((x, y))) if x.is_finite() && y.is_finite() => Some(if self.is_local {
-                    x.hypot(y).copysign(x)
-                } else {
-                    signed_speed(heading, x, if self.is_down { -y } else { y })
-                }),
-                _ => None,
-            };
-            let own = acceleration.map(|all| all[at] * stronger);
-            let own = own.filter(|value| value.is_finite());
-            let (velocity, acceleration) = match said {
-                Some(speed) => (speed, own),
-                None => {
-                    missing.1 += 1;
-                    let found = derived.get_or_init(derive)[i];
-                    // A body whose heading is known may go backwards.
-                    let back = angle_between(found.heading, heading).abs() > FRAC_PI_2;
-                    let sign = if back { -1.0 } else { 1.0 };
-                    let acceleration = own.or(Some(found.acceleration * sign));
-                    (found.speed * sign, acceleration)
-                }
-            };
-            states.push(TrackState {
-                step: seen.step,
-                position: seen.place,
-                heading,
-                velocity: Some(velocity),
-                acceleration,
-            });
-        }
-        states
-    }
-}
-
-/// A heading in radians for places as they are now.
-fn signed(form: HeadingForm, written: f64) -> f64 {
-    let radians = form.radians(written);
-    if form.mirrored { -radians } else { radians }
 }
 
 /// Headings farther off the motion on average are told, radians.
