@@ -136,17 +136,18 @@ impl Browser {
 
     /// Opens a file, with a fragment or without, and waits until it is loaded.
     pub fn open(&mut self, file: &Path, fragment: &str) {
-        self.events
-            .retain(|event| event["method"] != "Page.loadEventFired");
+        // Another fragment of the same page loads nothing.
+        let is_there = |event: &Value| {
+            ["Page.loadEventFired", "Page.navigatedWithinDocument"]
+                .iter()
+                .any(|method| event["method"] == *method)
+        };
+        self.events.retain(|event| !is_there(event));
         self.call(
             "Page.navigate",
             json!({ "url": format!("file://{}{fragment}", file.display()) }),
         );
-        while !self
-            .events
-            .iter()
-            .any(|event| event["method"] == "Page.loadEventFired")
-        {
+        while !self.events.iter().any(is_there) {
             let message = self.messages.recv_timeout(PATIENCE).unwrap();
             self.events.push(message);
         }
