@@ -261,7 +261,8 @@ pub fn reasons_first(answer: &str) -> Option<ReasonedAnswer> {
     let rest = if after.is_empty() {
         String::new()
     } else {
-        format!("{}{{{after}", &answer[..brace])
+        // A line that follows keeps its own beginning.
+        format!("{}{{{}", &answer[..brace], after.trim_start_matches(' '))
     };
     Some(ReasonedAnswer { reasons, rest })
 }

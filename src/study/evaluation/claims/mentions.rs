@@ -33,6 +33,16 @@ const CALLED: &[&str] = &[
     "motorcycle",
 ];
 
+/// What stands before such a noun.
+const BEFORE_NOUN: &[&str] = &[
+    "the",
+    "parked",
+    "static",
+    "dynamic",
+    "stationary",
+    "standing",
+];
+
 /// Words before an obstacle that is not the subject of the sentence.
 const COMPARED: &[&str] = &[
     "than",
@@ -155,7 +165,7 @@ fn without_noun(before: &str) -> &str {
     let mut words = before;
     while let Some(rest) = CALLED
         .iter()
-        .chain(&["the"])
+        .chain(BEFORE_NOUN)
         .find_map(|word| ends_with_word(words, word).then(|| &words[..words.len() - word.len()]))
     {
         words = rest.trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_']);
@@ -165,9 +175,9 @@ fn without_noun(before: &str) -> &str {
 
 /// Whether words begin with what an obstacle is called: "3 m to car 7" is no range.
 pub fn begins_with_noun(words: &str) -> bool {
-    let words = words.strip_prefix("the ").unwrap_or(words);
-    let first = words.split(|c: char| !c.is_alphabetic()).next();
-    first.is_some_and(|word| CALLED.contains(&word))
+    let mut all = words.split(|c: char| !c.is_alphabetic());
+    let noun = all.find(|word| !BEFORE_NOUN.contains(word));
+    noun.is_some_and(|word| CALLED.contains(&word))
 }
 
 /// Whether a sentence tells the distance of the ego to what it names: "the distance to car 7 is 3 m", "the smallest distance
