@@ -1,4 +1,5 @@
 //! Parts of the bundled scenarios: motions as they were, references that hold, nothing new to doubt.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
