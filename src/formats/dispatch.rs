@@ -55,6 +55,8 @@ pub(super) trait Format: Sync {
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
 const FORMATS: [&dyn Format; 12] = [
+    // Before those that look for XML: a map may be in it.
+    &recordings::Osi,
     &recordings::Waymo,
     &recordings::Argoverse,
     &recordings::LevelX,
@@ -62,7 +64,6 @@ const FORMATS: [&dyn Format; 12] = [
     &recordings::OpenScenario,
     &recordings::NuPlan,
     &recordings::NuScenes,
-    &recordings::Osi,
     &recordings::Tables,
     &recordings::MapAlone,
     &Unread,

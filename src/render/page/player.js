@@ -580,9 +580,13 @@ document.getElementById("player").append(
     make("div", { class: "map" }, canvas, controls, make("p", { class: "hints" }, ...hints.flatMap(([key, what]) => [make("kbd", {}, key), ` ${what} `]))),
     make("aside", {}, card, charts)),
   measures.length ? make("div", { class: "wide" }, table) : "");
-const [toStart, who] = location.hash.slice(1).split("/").map(Number);
-if (location.hash && Number.isInteger(toStart)) state.time = Math.min(LAST, Math.max(FIRST, toStart));
-if (who !== undefined && named.has(who)) state.picked = who;
+const toHash = () => {
+  const [start, who] = location.hash.slice(1).split("/").map(Number);
+  if (location.hash && Number.isInteger(start)) state.time = Math.min(LAST, Math.max(FIRST, start));
+  if (who !== undefined && named.has(who)) state.picked = who;
+};
+toHash();
+addEventListener("hashchange", () => { toHash(); panel(); plots(); request(); });
 follow(state.follows);
 toTurn?.setAttribute("aria-pressed", String(state.turns));
 panel();
