@@ -222,7 +222,7 @@ fn reasons_in_json_are_read_as_text_while_they_arrive() {
         assert!(shows(&bench, words), "{words}: {:#?}", pane(&bench));
     }
     bench.perform("unfold-json");
-    assert!(shows(&bench, "{ \"obstacles\": []") && !shows(&bench, "justification"));
+    assert!(shows(&bench, "{\"obstacles\": []") && !shows(&bench, "justification"));
     bench.perform("raw-answer");
     assert!(shows(&bench, "{\"justification\": \"1. The gap"));
 }
