@@ -17,7 +17,7 @@ const LOG: &str = "logs.csv";
 /// The file with the ego that belongs to the scenario at `path`, if there is one.
 ///
 /// Looked for as `NAME.ego_trajectory.csv` beside the scenario, in a folder `NAME` beside it, and among results as the
-/// repository of "From Words to Collisions" keeps them, see [`in_results`]. A bare
+/// repository of "From Words to Collisions" keeps them, see `in_results`. A bare
 /// `ego_trajectory.csv` counts where the scenario is the only one in its folder. After that come Frenetix's
 /// `logs.csv`, in a folder `NAME` or where the scenario is alone, and a solution beside the scenario that
 /// is named after it, `solution_KS2_SM1_NAME_2020a.xml`, if there is exactly one.

@@ -2,7 +2,7 @@
 //!
 //! A fact says no more than what can be recomputed from the recorded states of the ego and of the other road user: where
 //! they are, how fast, how much they turn and brake, when their ways overlap, how near they come. It is told from 5 s
-//! before the moment to 2 s after it; lowest and nearest are of the whole recording. [`Story::sentences`] has the facts as
+//! before the moment to 2 s after it; lowest and nearest are of the whole recording. `Story::sentences` has the facts as
 //! data with their words, for pages, maps and programs.
 
 mod motion;
