@@ -125,6 +125,8 @@ fn cleared() -> Paint<'static> {
 const EACH: (usize, usize) = (SAMPLES.0 / DOTS.0, SAMPLES.1 / DOTS.1);
 /// A dot is larger than the line that it stands for: so much of its colour is the line's, the rest that of the surface.
 const QUIET: f32 = 0.5;
+/// Dots are left out where blocks are so many times nearer to the picture.
+const WORSE: f32 = 1.6;
 /// Colours that are this far from each other, squared, are told apart at once.
 const CLEAR: f32 = 2500.0;
 
@@ -134,7 +136,7 @@ fn is_clear(a: [f32; 3], b: [f32; 3]) -> bool {
 }
 
 /// Writes lines over the cells of a picture, and leaves those out that show a body. `lines` and `surfaces` have a pixel a
-/// dot, `whole` has [`SAMPLES`] a cell. The edge of the road is seen without its marking, which would show in some cells
+/// dot, `whole` has [`SAMPLES`] a cell, of whose squares the blocks that are there show `gains`. The edge of the road is seen without its marking, which would show in some cells
 /// and not in others.
 pub fn write_over(
     buffer: &mut Buffer,
@@ -142,6 +144,7 @@ pub fn write_over(
     lines: &Pixmap,
     surfaces: &Pixmap,
     whole: &Pixmap,
+    gains: &[f32],
     inks: Inks,
 ) {
     let columns = lines.width() as usize;
@@ -183,13 +186,18 @@ pub fn write_over(
             if under.iter().any(|color| is_clear(*color, mean)) {
                 continue;
             }
-            let surface = below_dots(whole, (column, row), shown);
+            let parted = Parted::new(whole, (column, row), if kind == GAP { 0 } else { shown });
+            let surface = parted.means()[1];
+            let rgb = [most.red(), most.green(), most.blue()].map(f32::from);
+            let quiet = std::array::from_fn(|i| rgb[i] * QUIET + surface[i] * (1.0 - QUIET));
+            let by_blocks = gains[row * usize::from(area.width) + column];
+            if parted.error([quiet, surface]) > WORSE * (parted.squares - by_blocks) {
+                continue;
+            }
             cell.bg = inks.nearest(surface).0;
             if kind == GAP {
                 cell.set_char(' ');
             } else {
-                let rgb = [most.red(), most.green(), most.blue()].map(f32::from);
-                let quiet = std::array::from_fn(|i| rgb[i] * QUIET + surface[i] * (1.0 - QUIET));
                 let color = inks.nearest(quiet).0;
                 // Few colours have none between the two.
                 let is_seen = color != cell.bg;
@@ -200,29 +208,51 @@ pub fn write_over(
     }
 }
 
-/// The mean colour of a cell's samples that no dot covers.
-fn below_dots(whole: &Pixmap, (column, row): (usize, usize), shown: usize) -> [f32; 3] {
-    let mut sum = [0.0; 3];
-    let mut count = 0.0;
-    for y in 0..SAMPLES.1 {
-        let start = (row * SAMPLES.1 + y) * whole.width() as usize + column * SAMPLES.0;
-        for (x, pixel) in whole.pixels()[start..start + SAMPLES.0].iter().enumerate() {
-            let dot = y / EACH.1 * DOTS.0 + x / EACH.0;
-            let is_inside =
-                |at: usize, each: usize| (each / 4..each - each / 4).contains(&(at % each));
-            if shown >> dot & 1 == 1 && is_inside(x, EACH.0) && is_inside(y, EACH.1) {
-                continue;
-            }
-            count += 1.0;
-            for (sum, part) in sum
-                .iter_mut()
-                .zip([pixel.red(), pixel.green(), pixel.blue()])
-            {
-                *sum += f32::from(part);
+/// The samples of a cell that dots cover, and the others.
+#[derive(Default)]
+struct Parted {
+    sums: [[f32; 3]; 2],
+    counts: [f32; 2],
+    /// Of all samples.
+    squares: f32,
+}
+
+impl Parted {
+    fn new(whole: &Pixmap, (column, row): (usize, usize), shown: usize) -> Self {
+        let mut parted = Self::default();
+        for y in 0..SAMPLES.1 {
+            let start = (row * SAMPLES.1 + y) * whole.width() as usize + column * SAMPLES.0;
+            for (x, pixel) in whole.pixels()[start..start + SAMPLES.0].iter().enumerate() {
+                let dot = y / EACH.1 * DOTS.0 + x / EACH.0;
+                let is_inside =
+                    |at: usize, each: usize| (each / 4..each - each / 4).contains(&(at % each));
+                let covered = shown >> dot & 1 == 1 && is_inside(x, EACH.0) && is_inside(y, EACH.1);
+                let part = usize::from(!covered);
+                parted.counts[part] += 1.0;
+                let rgb = [pixel.red(), pixel.green(), pixel.blue()].map(f32::from);
+                for (sum, value) in parted.sums[part].iter_mut().zip(rgb) {
+                    *sum += value;
+                    parted.squares += value * value;
+                }
             }
         }
+        parted
     }
-    sum.map(|part| part / count)
+
+    fn means(&self) -> [[f32; 3]; 2] {
+        std::array::from_fn(|part| self.sums[part].map(|sum| sum / self.counts[part].max(1.0)))
+    }
+
+    /// The squared error where both parts have these colours.
+    fn error(&self, shown: [[f32; 3]; 2]) -> f32 {
+        let parts = self.sums.iter().zip(self.counts).zip(shown);
+        let gain = parts.map(|((sums, count), color)| {
+            let both = sums.iter().zip(color);
+            both.map(|(sum, v)| v * (2.0 * sum - count * v))
+                .sum::<f32>()
+        });
+        self.squares - gain.sum::<f32>()
+    }
 }
 
 /// Writes the cells that show dots.

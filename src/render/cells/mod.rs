@@ -122,9 +122,9 @@ pub fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearanc
             let Some(whole) = whole else {
                 return;
             };
-            choice::write(buffer, area, &whole, blocks, inks);
+            let gains = choice::write(buffer, area, &whole, blocks, inks);
             if let (Some(lines), Some(surfaces)) = (lines, surfaces) {
-                dots::write_over(buffer, area, &lines, &surfaces, &whole, inks);
+                dots::write_over(buffer, area, &lines, &surfaces, &whole, &gains, inks);
             }
         }
         MapStyle::Braille | MapStyle::Ascii => {
