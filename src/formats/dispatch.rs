@@ -54,7 +54,7 @@ pub(super) trait Format: Sync {
 }
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
-const FORMATS: [&dyn Format; 12] = [
+const FORMATS: [&dyn Format; 13] = [
     // Before those that look for XML: a map may be in it.
     &recordings::Osi,
     &recordings::Waymo,
@@ -64,6 +64,7 @@ const FORMATS: [&dyn Format; 12] = [
     &recordings::OpenScenario,
     &recordings::NuPlan,
     &recordings::NuScenes,
+    &recordings::Py123d,
     &recordings::Tables,
     &recordings::MapAlone,
     &Unread,
@@ -113,7 +114,7 @@ pub(super) fn is_recording(file: &Path) -> bool {
 }
 
 /// How recordings are called, those that are read and the others that people have.
-const NAMES: [&str; 11] = [
+const NAMES: [&str; 12] = [
     ".parquet",
     ".csv",
     ".xosc",
@@ -122,6 +123,7 @@ const NAMES: [&str; 11] = [
     ".bag",
     ".mcap",
     ".feather",
+    ".arrow",
     ".osi",
     ".sumocfg",
     "scene.json",

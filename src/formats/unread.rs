@@ -68,6 +68,14 @@ pub(super) fn kind(path: &Path, head: &[u8]) -> Option<Kind> {
     if let Some(columns) = recordings::parquet_columns(path, head) {
         return Some(parquet(&columns));
     }
+    if recordings::is_in_log_of_py123d(path) {
+        let instead = "open `box_detections_se3.arrow` beside it";
+        return Some(Kind::new(
+            FileKind::Beside,
+            "a file of a py123d log",
+            instead,
+        ));
+    }
     if let Some(kind) = binary_kind(&name, head) {
         return Some(kind);
     }

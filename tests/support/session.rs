@@ -85,11 +85,14 @@ impl Session {
         self.keys.flush().unwrap();
     }
 
-    pub fn receive(&mut self, wait: Duration) {
-        if let Ok(bytes) = self.output.recv_timeout(wait) {
-            self.screen.process(&bytes);
-            self.raw.extend(bytes);
-        }
+    /// Takes a piece of what comes; says whether one came.
+    pub fn receive(&mut self, wait: Duration) -> bool {
+        let Ok(bytes) = self.output.recv_timeout(wait) else {
+            return false;
+        };
+        self.screen.process(&bytes);
+        self.raw.extend(bytes);
+        true
     }
 
     pub fn see(&mut self, what: &str) {
@@ -141,9 +144,8 @@ impl Session {
         loop {
             self.receive(Duration::from_millis(50));
             if let Some(status) = self.child.try_wait().unwrap() {
-                for _ in 0..20 {
-                    self.receive(Duration::from_millis(20));
-                }
+                // All of what it wrote, however much lies before it.
+                while self.receive(Duration::from_millis(400)) {}
                 return status.exit_code();
             }
             assert!(

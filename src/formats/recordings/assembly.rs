@@ -289,6 +289,11 @@ pub fn signed_speed(heading: f64, x: f64, y: f64) -> f64 {
     }
 }
 
+/// The heading that a quaternion turns the x-axis to, seen from above, radians.
+pub fn yaw([w, x, y, z]: [f64; 4]) -> f64 {
+    f64::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+}
+
 /// The middle one of some numbers; 0 of none.
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);

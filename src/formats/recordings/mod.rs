@@ -1,5 +1,5 @@
 //! Recordings of other data sets, as scenarios: Waymo Open Motion, Argoverse 2, nuPlan, nuScenes, levelXdata, SUMO,
-//! OpenSCENARIO, ASAM OSI and tables of tracks.
+//! OpenSCENARIO, ASAM OSI, py123d and tables of tracks.
 //!
 //! Each reader translates a file into a [`assembly::Map`] and [`assembly::RecordedTrack`]s; [`assembly::assemble`]
 //! makes the scenario of them, with the recording's own ego, a planning problem and the checks that every format gets.
@@ -16,6 +16,7 @@ mod nuscenes;
 mod opendrive;
 mod openscenario;
 mod osi;
+mod py123d;
 mod rows;
 mod sumo;
 mod tracks;
@@ -32,6 +33,7 @@ pub(super) use nuscenes::NuScenes;
 pub(super) use openscenario::OpenScenario;
 pub use openscenario::{LONGEST_PLAY, Player, play_with};
 pub(super) use osi::Osi;
+pub(super) use py123d::{Py123d, is_in_log as is_in_log_of_py123d};
 pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
 pub(super) use tracks::Tables;

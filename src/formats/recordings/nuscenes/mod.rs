@@ -13,16 +13,14 @@ use std::sync::Arc;
 use nearmiss_base::geometry::Point;
 use nearmiss_scene::scenario::{ObstacleType, Scenario};
 
-use super::assembly::{TrackState, kind_by_class, median, signed_speed};
+use super::assembly::{TrackState, kind_by_class, median, signed_speed, yaw};
 use super::tracks::table::{Decided, Recorded, Track};
 use super::tracks::{AboutTable, Table, cached};
 use super::{Leftovers, Report};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
-use tables::{
-    Annotation, Category, EgoPose, Instance, Sample, SampleData, Scene, Token, each, heading,
-};
+use tables::{Annotation, Category, EgoPose, Instance, Sample, SampleData, Scene, Token, each};
 
 /// The format.
 pub struct NuScenes;
@@ -185,7 +183,7 @@ impl DataSet {
                 step: frame.step,
                 time: frame.time,
                 position: Point::new(row.translation[0], row.translation[1]),
-                heading: heading(row.rotation),
+                heading: yaw(row.rotation),
             });
         })?;
         self.lost = lost;
@@ -213,7 +211,7 @@ impl DataSet {
         }
         each(path, FILES[6], |row: EgoPose| {
             for frame in of_pose.get(&row.token).into_iter().flatten() {
-                let heading = heading(row.rotation);
+                let heading = yaw(row.rotation);
                 let (sin, cos) = heading.sin_cos();
                 self.egos[frame.scene as usize].push(Seen {
                     step: frame.step,

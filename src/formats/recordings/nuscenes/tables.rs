@@ -108,11 +108,6 @@ pub struct EgoPose {
     pub rotation: [f64; 4],
 }
 
-/// The heading that a quaternion turns the x-axis to, seen from above, radians.
-pub fn heading([w, x, y, z]: [f64; 4]) -> f64 {
-    f64::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-}
-
 /// Gives every row of a table to `take`.
 ///
 /// # Errors

@@ -35,16 +35,17 @@ use super::{Leftovers, Report, esmini};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, HEAD, Parts};
-use columns::Role;
-use gather::Rows;
 use known::Known;
 use large::Outline;
 use table::{Decided, Recorded, Said, Track};
 
 pub use arrow::Form as ColumnForm;
 pub use batch::Wanted;
+pub(super) use batch::{Batch, Dictionary, Values};
+pub(super) use columns::Role;
 pub use columns::{Columns, ColumnsError};
 pub use forecast::{Forecast, read_forecasts};
+pub(super) use gather::Rows;
 pub use text::BadCell;
 
 /// The format.
