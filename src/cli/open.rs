@@ -205,8 +205,9 @@ pub fn without_ego(entry: &Entry, scenario: &Scenario, why: &MissingEgo) -> Fail
         _ => String::new(),
     };
     Failure::input(format!(
-        "{}: no recorded ego ({EGO_FILES}){more}; choose an obstacle with --ego ID ({}), or a file with --ego FILE",
+        "{}: no recorded ego{}{more}; choose an obstacle with --ego ID ({}), or a file with --ego FILE",
         entry.display(),
+        looked_for(scenario),
         possible(scenario)
     ))
 }
@@ -263,7 +264,16 @@ pub fn said_once(scene: &Scene) -> Option<String> {
         ),
     };
     let is_new = !SAID[place].swap(true, Ordering::Relaxed);
-    is_new.then(|| format!("nearmiss: no recorded ego ({EGO_FILES}); {who}; --ego chooses another"))
+    let looked_for = looked_for(&scene.scenario);
+    is_new.then(|| format!("nearmiss: no recorded ego{looked_for}; {who}; --ego chooses another"))
+}
+
+/// Which files with an ego were looked for, in brackets; nothing where recordings have theirs inside.
+pub fn looked_for(scenario: &Scenario) -> String {
+    match scenario.header.other_format {
+        None => format!(" ({EGO_FILES})"),
+        Some(_) => String::new(),
+    }
 }
 
 /// Some obstacles that could be the ego.

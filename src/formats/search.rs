@@ -104,8 +104,8 @@ pub fn not_standard_input(path: &Path) -> Result<(), LibraryError> {
 ///
 /// Long recordings are there with the beginnings of their tracks; [`find_ranked`] gives windows that a measure chose.
 ///
-/// In a folder laid out like the repository of "From Words to Collisions" (with `Scenarios` and
-/// `Results`), the scenarios are those below `Scenarios`.
+/// In a folder laid out like the repository of "From Words to Collisions" (with `Scenarios` and `Results`), none are
+/// looked for below `Results`.
 ///
 /// # Errors
 /// A path that cannot be read, or not one scenario at any of them.
@@ -207,9 +207,9 @@ fn search(
         give(dispatch::scenarios_in(path, ranking).unwrap_or_else(|_| vec![path.to_path_buf()]));
         return Ok(Vec::new());
     }
-    let scenarios = path.join("Scenarios");
-    let whole = !(scenarios.is_dir() && path.join("Results").is_dir());
-    Search::run(if whole { path } else { &scenarios }, ranking, give).map_err(io)
+    let results = path.join("Results");
+    let is_of_the_paper = results.is_dir() && path.join("Scenarios").is_dir();
+    Search::run(path, is_of_the_paper.then_some(results), ranking, give).map_err(io)
 }
 
 /// A search below one folder.
@@ -229,13 +229,18 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn run(
         root: &Path,
+        not_in: Option<PathBuf>,
         ranking: Ranking<'a>,
         give: &'a mut dyn FnMut(Vec<PathBuf>),
     ) -> std::io::Result<Vec<PassedOver>> {
+        let mut entered = HashSet::from([root.canonicalize()?]);
+        if let Some(folder) = not_in {
+            entered.insert(folder.canonicalize()?);
+        }
         let mut search = Self {
             folders: Vec::new(),
             links: Vec::new(),
-            entered: HashSet::from([root.canonicalize()?]),
+            entered,
             found: Vec::new(),
             given: 0,
             ranking,

@@ -72,7 +72,7 @@ pub struct ScenarioRow {
     /// From the first step of the ego to its last; of everybody where there is no ego.
     #[schemars(title = "duration", extend("unit" = "s", "decimals" = 1))]
     pub seconds: f64,
-    /// Number of steps of the scenario.
+    /// Number of these steps.
     pub steps: i64,
     /// Number of obstacles.
     #[schemars(title = "obstacles")]
@@ -142,6 +142,7 @@ impl Overview {
         let other = moment.and_then(|moment| scenario.obstacle(moment.obstacle));
         let headline = facts.headline.as_ref();
         let severity = moment.map(|moment| moment.grade.number());
+        let steps = scene.map_or_else(|_| scenario.steps(), |scene| scene.steps());
         let row = ScenarioRow {
             scenario: entry.name.clone(),
             file: entry.display(),
@@ -171,7 +172,7 @@ impl Overview {
                 Err(why) => why.to_string(),
             },
             seconds: facts.seconds,
-            steps: scenario.steps().end - scenario.steps().start,
+            steps: steps.end - steps.start,
             obstacles: facts.obstacles,
             lanelets: scenario.network.lanelets.len(),
             tags: facts.tags.clone(),

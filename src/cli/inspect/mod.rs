@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss_formats::commonroad::{Root, root_of_file};
-use nearmiss_formats::{EGO_FILES, EgoError, Entry, EntryLocation};
+use nearmiss_formats::{EgoError, Entry, EntryLocation};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Ego, Scenario, Scene, in_short};
 use nearmiss_settings::Folders;
@@ -93,6 +93,13 @@ impl Inspect {
         let selects = self.terms.is_some() || self.top.is_some() || self.output.file().is_some();
         several || selects || matches!(format, Format::Csv | Format::Parquet)
     }
+
+    /// Whether the only file has several scenarios in it, of which no ego is chosen.
+    fn is_of_several(&self) -> bool {
+        let is_named = self.files.iter().any(|file| !file.is_file());
+        let found = || nearmiss_formats::find(&self.files).map_or(0, |found| found.entries.len());
+        self.ego.is_beside() && !is_named && found() > 1
+    }
 }
 
 /// Runs `inspect`.
@@ -103,7 +110,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
     if arguments.diff {
         return difference::run(arguments, format);
     }
-    if arguments.asks_for_rows(format) {
+    if arguments.asks_for_rows(format) || arguments.is_of_several() {
         return match arguments.files.as_slice() {
             _ if arguments.ego.is_beside() => rows::run(arguments, format),
             [folder] if folder.is_dir() => Err(Failure::input(format!(
@@ -169,7 +176,7 @@ fn of_entry(entry: Entry, arguments: &Inspect) -> Result<Looked, Failure> {
         Ok(None) if arguments.ego.is_beside() => {
             let scene = stand_in().scene(&entry, &scenario);
             if let Err(why) = &scene {
-                lacks = format!("{why} ({EGO_FILES})");
+                lacks = format!("{why}{}", open::looked_for(&scenario));
             }
             Ok(scene.ok().map(|scene| scene.ego.clone()))
         }

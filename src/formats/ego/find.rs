@@ -11,7 +11,7 @@ use super::recording::usual_size;
 use super::{EgoError, read_ego_file};
 use crate::{Entry, commonroad};
 
-const RECORDING: &str = "ego_trajectory.csv";
+pub(crate) const RECORDING: &str = "ego_trajectory.csv";
 const LOG: &str = "logs.csv";
 
 /// The file with the ego that belongs to the scenario at `path`, if there is one.

@@ -19,6 +19,7 @@ use nearmiss_scene::scenario::{Diagnostic, Ego, LONGEST_TRACK, Sample, Scenario,
 use super::commonroad::{Root, foreign, read_solution, root_of, without_marks};
 
 pub use error::EgoError;
+pub(crate) use find::RECORDING;
 pub use find::{EGO_FILES, EgoSelection, PlannerDrives, find_recording};
 pub use recording::{USUAL as USUAL_VEHICLE, write_recording, write_sized_recording};
 pub use solution::ego_of_solution;

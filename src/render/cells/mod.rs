@@ -8,6 +8,8 @@ pub mod colors;
 mod dots;
 
 use std::ops::Deref;
+use std::sync::LazyLock;
+use std::sync::mpsc::{Receiver, sync_channel};
 
 use nearmiss_base::geometry::{Pose, Vector};
 use nearmiss_settings::Theme;
@@ -15,6 +17,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 use ratatui::symbols::pixel::{OCTANTS, QUADRANTS, SEXTANTS};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::display::Picture;
 use super::raster;
@@ -102,8 +105,58 @@ pub fn attacker_color<C: Copy>(theme: &Theme<C>, place: usize) -> C {
     colors[place % colors.len()]
 }
 
+/// Where pictures are painted: threads of its own, as a bulk job may have all others.
+static PAINTERS: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
+    let count = std::thread::available_parallelism().map_or(1, |n| n.get().min(4));
+    ThreadPoolBuilder::new().num_threads(count).build().ok()
+});
+
+/// A picture that is painted while others are drawn.
+pub struct Painting {
+    area: Rect,
+    painted: Receiver<Buffer>,
+}
+
+impl Painting {
+    /// Begins to paint over what is in an area of the buffer, which stays as it is until [`Painting::show`].
+    #[must_use]
+    pub fn begin(buffer: &Buffer, area: Rect, picture: Picture, look: &Appearance<'_>) -> Self {
+        let mut own = Buffer::empty(area);
+        copy(buffer, &mut own, area);
+        let (style, theme) = (look.style, look.theme.clone());
+        let (give, painted) = sync_channel(1);
+        let paint = move || {
+            let theme = &theme;
+            draw(&mut own, area, &picture, &Appearance { style, theme });
+            // Who began it may be gone.
+            let _ = give.send(own);
+        };
+        match &*PAINTERS {
+            Some(painters) => painters.spawn(paint),
+            None => paint(),
+        }
+        Self { area, painted }
+    }
+
+    /// Waits for the picture and shows it.
+    pub fn show(self, buffer: &mut Buffer) {
+        if let Ok(painted) = self.painted.recv() {
+            copy(&painted, buffer, self.area);
+        }
+    }
+}
+
+/// Copies the cells of an area.
+fn copy(from: &Buffer, to: &mut Buffer, area: Rect) {
+    for position in area.positions() {
+        if let (Some(from), Some(to)) = (from.cell(position), to.cell_mut(position)) {
+            to.clone_from(from);
+        }
+    }
+}
+
 /// Draws a picture into an area of the buffer, as large as that.
-pub fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearance<'_>) {
+fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearance<'_>) {
     let (across, down) = look.style.samples();
     let columns = u32::from(area.width) * across as u32;
     let rows = u32::from(area.height) * down as u32;

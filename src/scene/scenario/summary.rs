@@ -15,7 +15,7 @@ impl Scenario {
     #[must_use]
     pub fn summary(&self) -> Vec<(&'static str, String)> {
         let (network, header) = (&self.network, &self.header);
-        let last = self.steps().end - 1;
+        let (first, last) = (self.steps().start, self.steps().end - 1);
         let mut lines = vec![
             (
                 "format",
@@ -34,11 +34,10 @@ impl Scenario {
             ("obstacles", self.kinds()),
             (
                 "duration",
-                format!(
-                    "{:.1} s ({} steps)",
-                    last as f64 * header.time_step_size,
-                    last + 1
-                ),
+                match (last - first) as f64 * header.time_step_size {
+                    whole if first == 0 => format!("{whole:.1} s ({} steps)", last + 1),
+                    part => format!("{part:.1} s (steps {first} to {last})"),
+                },
             ),
             (
                 "planning",

@@ -39,17 +39,22 @@ fn everything(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     }
     model.drawn.set_borders(&parts.borders);
     let hint = toasts::make_room(&mut parts, model);
+    let map = parts.panes.iter().find(|(pane, _)| *pane == Pane::Map);
+    let map = map.map(|(_, area)| super::features::map::draw::begin(frame, *area, model));
     header::draw(frame, parts.header, model);
     for &(pane, area) in &parts.panes {
         match pane {
             Pane::Scenarios => super::features::scenarios::draw::draw(frame, area, model),
-            Pane::Map => super::features::map::draw::draw(frame, area, model),
+            Pane::Map => {}
             Pane::Timeline => super::features::timeline::draw::draw(frame, area, model),
             Pane::Prompt => super::features::prompt::draw::draw(frame, area, model),
             Pane::Verdict => super::features::answers::verdict::draw(frame, area, model),
             Pane::Reasoning => super::features::answers::reasoning::draw(frame, area, model),
             Pane::Plot => super::features::plot::draw::draw(frame, area, model),
         }
+    }
+    if let Some(map) = map {
+        map.end(frame, model);
     }
     toasts::draw_hint(frame, &parts, hint, model);
     super::features::scenarios::draw::draw_filter_terms(frame, screen, model);

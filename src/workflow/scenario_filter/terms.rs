@@ -233,9 +233,11 @@ fn number(
             return Err(format!("filtering by `{key}` needs the list sorted by it"));
         }
         (_, None) => {
-            return Err(format!(
-                "unknown number `{key}`; available: risk, distance, ttc, obstacles, duration, answers, severity"
-            ));
+            let known = ["obstacles", "duration", "answers", "severity"];
+            let all = known
+                .into_iter()
+                .chain(nearmiss_scene::metrics::measures().map(|m| m.id));
+            return Err(nearmiss_base::system::unknown("number", key, all));
         }
     };
     Ok(number_in(key, value)?.map(|value| Test::Number(number, how, value)))

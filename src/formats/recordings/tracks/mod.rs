@@ -626,10 +626,11 @@ impl Format for Tables {
     }
 
     fn is_found(&self, path: &Path, head: &[u8]) -> bool {
+        // The log of a scenario is read with it, and what lies beside an ego's recording are its results.
         let is_beside = |plan: &Plan| {
             matches!(plan.written, Written::Log(_)) && path.with_extension("xosc").is_file()
+                || path.with_file_name(crate::ego::RECORDING).is_file()
         };
-        // The log of a scenario is read with it.
         let plan = Plan::of(path, head, options(), Role::is_of_recordings);
         plan.is_some_and(|plan| plan.is_whole() && !is_beside(&plan))
     }

@@ -45,8 +45,9 @@ pub fn draw(f: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
     if body.height >= MAP_FROM {
         let [left, right] =
             Layout::horizontal([Constraint::Percentage(45), Constraint::Min(0)]).areas(band);
-        draw::draw(f, left, model);
+        let map = draw::begin(f, left, model);
         super::band::draw(f, right, model);
+        map.end(f, model);
     } else {
         super::band::draw(f, band, model);
     }

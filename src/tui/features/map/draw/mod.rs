@@ -4,7 +4,7 @@ pub mod bodies;
 pub mod labels;
 
 use nearmiss_base::geometry::Pose;
-use nearmiss_render::cells::{self, Appearance, CellView, MapStyle};
+use nearmiss_render::cells::{Appearance, CellView, MapStyle, Painting};
 use nearmiss_render::scene::{
     MapRequest, MapScene, Overlay, Owner, RegionKind, TrailSpan, Viewport,
 };
@@ -39,7 +39,26 @@ const TRAILS: [TrailSpan; 2] = [
     },
 ];
 
-pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+/// The map of a pane, whose cells are painted while the other panes are drawn.
+pub struct Begun<'a> {
+    area: Rect,
+    inner: Rect,
+    shown: Shown<'a>,
+}
+
+enum Shown<'a> {
+    /// No scenario is open, or there is no room.
+    Nothing,
+    /// An image, which the terminal paints.
+    Image(Moment<'a>),
+    /// A map in cells.
+    One(Painted<'a>),
+    /// Two of them, each with a row below it.
+    Two([(Painted<'a>, Rect); 2]),
+}
+
+/// Begins the map: everything but what stands on it and below it.
+pub fn begin<'a>(f: &mut Frame<'_>, area: Rect, model: &'a Model) -> Begun<'a> {
     let camera = &model.camera;
     // Answers side by side leave room for one map.
     let second = model.second_moment().filter(|_| !model.compare.open);
@@ -48,45 +67,68 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let both = second.zip(halves);
     let title = first(model, both.map(|(_, halves)| halves.first), inside);
     let inner = window::pane(f, area, model, Pane::Map, title);
+    let begun = |shown| Begun { area, inner, shown };
     let Some(now) = model.moment() else {
         let cell = (camera.cell, camera.row());
         register(model, inner, camera.frame(None), cell, false);
-        return nothing(f, inner, model);
+        nothing(f, inner, model);
+        return begun(Shown::Nothing);
     };
     if inner.width < 4 || inner.height < 2 {
-        return;
+        return begun(Shown::Nothing);
     }
-    let shown = match both {
+    begun(match both {
         Some((then, halves)) => {
             let title = second_title(&then, halves.second);
             window::divide(f, area, model, Pane::Map, halves.line, title);
-            let first = half(f, halves.first, model, &now, false);
-            first.and(half(f, halves.second, model, &then, true))
+            let first = half(f, halves.first, model, now, false);
+            Shown::Two([first, half(f, halves.second, model, then, true)])
         }
         None => {
             if second.is_some() {
                 model.drawn.set_cramped();
             }
-            alone(f, inner, model, &now)
+            alone(f, inner, model, now)
         }
-    };
-    let border = Rect {
-        x: area.x + 1,
-        y: area.bottom() - 1,
-        width: area.width.saturating_sub(2),
-        height: 1,
-    };
-    let free = match both {
-        Some(_) => border,
-        None => draw_status(f, border, model, &now, image_cell(model, inner, &now)),
-    };
-    labels::draw_legend(f, free, model, shown);
+    })
 }
 
-/// Metres a cell of the only map is wide; `None` for an image, which has its own scale.
-fn image_cell(model: &Model, inner: Rect, now: &Moment<'_>) -> Option<f64> {
-    let is_image = encoder(model).is_some() && shown(model, inner).is_some();
-    (!is_image).then(|| model.camera_of((inner.width, inner.height), now).cell)
+impl Begun<'_> {
+    /// Shows the map, and draws what stands on it and below it.
+    pub fn end(self, f: &mut Frame<'_>, model: &Model) {
+        let Self { area, inner, shown } = self;
+        let border = Rect {
+            x: area.x + 1,
+            y: area.bottom() - 1,
+            width: area.width.saturating_sub(2),
+            height: 1,
+        };
+        let (free, placed) = match shown {
+            Shown::Nothing => return,
+            Shown::Two(maps) => {
+                let [first, second] = maps.map(|(map, row)| {
+                    let (moment, size) = (map.moment, (map.area.width, map.area.height));
+                    let placed = map.end(f, model, true);
+                    let cell = model.camera_of(size, &moment).cell;
+                    draw_status(f, row, model, &moment, Some(cell));
+                    placed
+                });
+                (border, first.and(second))
+            }
+            Shown::One(map) => {
+                let moment = map.moment;
+                let placed = map.end(f, model, true);
+                let cell = model.camera_of((inner.width, inner.height), &moment).cell;
+                (draw_status(f, border, model, &moment, Some(cell)), placed)
+            }
+            // It has its own scale.
+            Shown::Image(moment) => (
+                draw_status(f, border, model, &moment, None),
+                bodies::Placed::default(),
+            ),
+        };
+        labels::draw_legend(f, free, model, placed);
+    }
 }
 
 /// What a camera sees of a moment in an area.
@@ -111,46 +153,43 @@ fn register(model: &Model, area: Rect, frame: Pose, (cell, row): (f64, f64), sec
     });
 }
 
-/// One of two maps, with its scale and the picked obstacle in a row of its own.
-fn half(
+/// One of two maps, and a row of its own for its scale and the picked obstacle.
+fn half<'a>(
     f: &mut Frame<'_>,
     area: Rect,
-    model: &Model,
-    moment: &Moment<'_>,
+    model: &'a Model,
+    moment: Moment<'a>,
     second: bool,
-) -> bodies::Placed {
+) -> (Painted<'a>, Rect) {
     let [map, row] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
-    let placed = one(f, map, model, moment, second);
-    let cell = model.camera_of((map.width, map.height), moment).cell;
-    draw_status(f, row, model, moment, Some(cell));
-    placed
+    (one(f, map, model, moment, second), row)
 }
 
 /// The only map: an image, where the terminal shows images.
-fn alone(f: &mut Frame<'_>, area: Rect, model: &Model, now: &Moment<'_>) -> bodies::Placed {
+fn alone<'a>(f: &mut Frame<'_>, area: Rect, model: &'a Model, now: Moment<'a>) -> Shown<'a> {
     if let Some(encoder) = encoder(model) {
-        let view = seen(model, area, now);
-        request_image(model, now, encoder, area, &view);
+        let view = seen(model, area, &now);
+        request_image(model, &now, encoder, area, &view);
         if let Some(shown) = shown(model, area) {
             register(model, area, view.frame, view.cell, false);
             shown.draw(f, area);
-            return bodies::Placed::default();
+            return Shown::Image(now);
         }
     }
-    one(f, area, model, now, false)
+    Shown::One(one(f, area, model, now, false))
 }
 
 /// A map in cells.
-fn one(
+fn one<'a>(
     f: &mut Frame<'_>,
     area: Rect,
-    model: &Model,
-    moment: &Moment<'_>,
+    model: &'a Model,
+    moment: Moment<'a>,
     second: bool,
-) -> bodies::Placed {
-    let view = seen(model, area, moment);
+) -> Painted<'a> {
+    let view = seen(model, area, &moment);
     register(model, area, view.frame, view.cell, second);
-    paint(f, area, model, moment, &view, true)
+    Painted::begin(f, area, model, moment, view)
 }
 
 /// A map in cells that the mouse does not reach, as another moment is seen; among several of them goals have no labels,
@@ -164,40 +203,69 @@ pub fn still(
 ) {
     if area.width >= 4 && area.height >= 2 {
         let view = seen(model, area, as_of);
-        paint(f, area, model, moment, &view, false);
+        Painted::begin(f, area, model, *moment, view).end(f, model, false);
     }
 }
 
-fn paint(
-    f: &mut Frame<'_>,
+/// A map in cells that is being painted.
+struct Painted<'a> {
     area: Rect,
-    model: &Model,
-    moment: &Moment<'_>,
-    view: &CellView,
-    goals: bool,
-) -> bodies::Placed {
-    let look = look(model);
-    let page = page(view, area, look.style.samples());
-    let request = request(model, moment, page.viewport());
-    let scene = with_layers(MapScene::new(&request), model, moment);
-    let (palette, theme) = inks(model);
-    let workbench = WorkbenchMap {
-        theme: &theme,
-        filled: look.style.has_backgrounds(),
-        markings: model.map.layers.lanes,
-        hollow: bodies::is_hollow(&look),
-        cell: view.cell.0,
-    };
-    let picture = page.draw(&request, &scene, &palette, workbench);
-    cells::draw(f.buffer_mut(), area, &picture, &look);
-    let ground = (look.style.has_backgrounds()).then_some(look.theme.map_ground);
-    let mut board = LabelPlacer::new(f.buffer_mut(), area, view, ground);
-    let lights = write(&mut board, model, moment, &scene, view);
-    if goals {
-        bodies::labels(&mut board, model, moment.opened, view);
+    view: CellView,
+    moment: Moment<'a>,
+    scene: MapScene<'a>,
+    cells: Painting,
+}
+
+impl<'a> Painted<'a> {
+    fn begin(
+        f: &mut Frame<'_>,
+        area: Rect,
+        model: &'a Model,
+        moment: Moment<'a>,
+        view: CellView,
+    ) -> Self {
+        let look = look(model);
+        let page = page(&view, area, look.style.samples());
+        let request = request(model, &moment, page.viewport());
+        let scene = with_layers(MapScene::new(&request), model, &moment);
+        let (palette, theme) = inks(model);
+        let workbench = WorkbenchMap {
+            theme: &theme,
+            filled: look.style.has_backgrounds(),
+            markings: model.map.layers.lanes,
+            hollow: bodies::is_hollow(&look),
+            cell: view.cell.0,
+        };
+        let picture = page.draw(&request, &scene, &palette, workbench);
+        Self {
+            cells: Painting::begin(f.buffer_mut(), area, picture, &look),
+            area,
+            view,
+            moment,
+            scene,
+        }
     }
-    let posts = bodies::signs(&mut board, model, &scene, view);
-    bodies::Placed { lights, posts }
+
+    /// Shows it with what stands on it, goals with their labels or without.
+    fn end(self, f: &mut Frame<'_>, model: &Model, goals: bool) -> bodies::Placed {
+        let Self {
+            area,
+            view,
+            moment,
+            scene,
+            cells,
+        } = self;
+        cells.show(f.buffer_mut());
+        let look = look(model);
+        let ground = (look.style.has_backgrounds()).then_some(look.theme.map_ground);
+        let mut board = LabelPlacer::new(f.buffer_mut(), area, &view, ground);
+        let lights = write(&mut board, model, &moment, &scene, &view);
+        if goals {
+            bodies::labels(&mut board, model, moment.opened, &view);
+        }
+        let posts = bodies::signs(&mut board, model, &scene, &view);
+        bodies::Placed { lights, posts }
+    }
 }
 
 /// The page of a map in an area, whose characters have so many samples across and down.
