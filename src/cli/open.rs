@@ -384,9 +384,13 @@ impl Reading {
             return Err(unusable(error));
         }
         let folders = Folders::find().ok();
-        let config = { folders.as_ref() }
-            .and_then(|folders| Config::read(&folders.config_file()).ok())
-            .unwrap_or_default();
+        let config = match folders.as_ref().map(|f| Config::read(&f.config_file())) {
+            Some(Err(error)) if command.is_some_and(Command::stops_at_mistakes) => {
+                return Err(unusable(error));
+            }
+            Some(Ok(config)) => config,
+            _ => Config::default(),
+        };
         let is_axis = matches!(command, Some(Command::Report(_)));
         let columns = self.columns.as_ref().filter(|_| !is_axis);
         let named = config.track_tables().into_iter().map(|(name, table)| {

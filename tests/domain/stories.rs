@@ -347,6 +347,17 @@ impl Pair {
                 let hardest = self.hardest(who, self.step(from), self.step(to));
                 self.is("braking", most, hardest, 1.0 + 0.25 * most);
             }
+            Fact::SpeedUp {
+                who,
+                from,
+                to,
+                from_speed,
+                to_speed,
+            } => {
+                self.is_speed("speed before the rise", who, from, from_speed);
+                self.is_speed("speed after the rise", who, to, to_speed);
+                self.holds("faster", to_speed >= from_speed + 1.5 && from < to);
+            }
             Fact::NoBrake { who, from, to } => {
                 let hardest = self.hardest(who, self.step(from), self.step(to));
                 self.holds(&format!("no braking is {hardest:.1}"), hardest < 2.0);
@@ -371,7 +382,7 @@ impl Pair {
                 left,
                 entered,
             } => self.check_pass(first, left, entered),
-            Fact::LowestTtc { time, seconds } => {
+            Fact::LowestTtc { time, seconds, .. } => {
                 let here = self.ttc(self.step(time), 0.005, seconds + 0.1);
                 self.is("ttc", seconds, here.unwrap_or(99.0), 0.011);
                 let steps: Vec<i64> = self.common().map(|(step, ..)| step).collect();
@@ -388,7 +399,9 @@ impl Pair {
                 let mut all = step..=self.step(until);
                 let long = all.find(|step| self.ttc(*step, 0.01, 3.02).is_none());
                 self.holds(&format!("a long ttc at {long:?}"), long.is_none());
-                self.holds("not before", self.ttc(step - 1, 0.01, 2.98).is_none());
+                let before = at(&self.ego, step - 1).zip(at(&self.other, step - 1));
+                let is_short = before.is_some() && self.ttc(step - 1, 0.01, 2.98).is_some();
+                self.holds("not before", !is_short);
             }
             Fact::NoCourse => {
                 let steps: Vec<i64> = self.common().map(|(step, ..)| step).collect();
@@ -444,6 +457,7 @@ impl Pair {
                 time,
                 distance,
                 place,
+                ..
             } => {
                 let step = self.step(time);
                 let here = at(&self.ego, step)

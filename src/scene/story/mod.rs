@@ -8,12 +8,14 @@
 mod motion;
 mod words;
 
+use std::ops::RangeInclusive;
+
 use nearmiss_base::geometry::angle_between;
 use serde::Serialize;
 
 use crate::metrics::{Context, CriticalMoment, Direction, Encounter, Headline, Measure, measure};
 use crate::scenario::{ObstacleType, Window};
-use motion::{Drive, Slowing};
+use motion::{Change, Drive};
 
 /// So long before the moment a story begins, seconds.
 const BEFORE: f64 = 5.0;
@@ -29,6 +31,12 @@ const SHORT: f64 = 3.0;
 
 /// Who changes its heading by more than this turns, radians: 25°, as in manoeuvres.
 const TURN: f64 = 0.436;
+
+/// Directions that are nearer to each other do not cross, radians: 30°.
+const CROSSING: f64 = 0.524;
+
+/// Whose speed has fallen by more brakes already, m/s.
+const SLOWED: f64 = 0.3;
 
 /// What happened around the moment that matters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -126,6 +134,19 @@ pub enum Fact {
         /// The most, over 0.4 s.
         most: f64,
     },
+    /// One gets faster: the largest rise of its speed.
+    SpeedUp {
+        /// Who.
+        who: Who,
+        /// From then on.
+        from: f64,
+        /// Until then.
+        to: f64,
+        /// Speed at the beginning.
+        from_speed: f64,
+        /// Speed at the end.
+        to_speed: f64,
+    },
     /// One never slows down with 1 m/s² between these times.
     NoBrake {
         /// Who.
@@ -163,10 +184,12 @@ pub enum Fact {
         time: f64,
         /// Seconds.
         seconds: f64,
+        /// Whether the story is of that time, too.
+        is_told: bool,
     },
-    /// Between these times the time to collision is at most 3 s, and it is not at the step before.
+    /// Between these times the time to collision is at most 3 s.
     ShortTtc {
-        /// From then on.
+        /// From then on; it is not at the step before, if there is one.
         time: f64,
         /// Until it is lowest.
         until: f64,
@@ -191,6 +214,8 @@ pub enum Fact {
         /// Where the other is, seen from the ego's body.
         #[serde(serialize_with = "direction_name")]
         place: Direction,
+        /// Whether the story is of that time, too.
+        is_told: bool,
     },
 }
 
@@ -266,17 +291,10 @@ impl<'c, 's> Telling<'c, 's> {
         let last = (moment..=end).take_while(there).last()?;
         let window = Window::within(&(first..last + 1), last, usize::MAX);
         let other = context.participants()[participant];
-        let drive = |motion: &dyn Fn(i64) -> Option<crate::scenario::Motion>| {
-            Drive::new(
-                window
-                    .steps()
-                    .filter_map(|step| Some((step, motion(step)?))),
-                dt,
-            )
-        };
+        let told = window.first()..=window.last();
         let drives = (
-            drive(&|step| scene.ego.track.at(step).copied()),
-            drive(&|step| other.at(step).copied()),
+            Drive::new(|step| scene.ego.track.at(step).copied(), told.clone(), dt),
+            Drive::new(|step| other.at(step).copied(), told, dt),
         );
         Some(Self {
             context,
@@ -332,11 +350,12 @@ impl<'c, 's> Telling<'c, 's> {
         if high < STANDING {
             return Vec::new();
         }
-        let turn = self.turn(Who::Other, &self.other);
-        let brake = self.brake(Who::Other, &self.other);
-        let pass = self.pass();
-        let mut facts: Vec<Fact> = turn.into_iter().chain(brake).chain(pass).collect();
-        if facts.is_empty() {
+        let whole = self.window.first()..=self.window.last();
+        let brake = self.brake(Who::Other, &self.other, whole);
+        let mut facts: Vec<Fact> = self.turn(Who::Other, &self.other).into_iter().collect();
+        facts.extend(in_order([brake, self.rise(Who::Other, &self.other)]));
+        facts.extend(self.pass());
+        if facts.is_empty() && is_while(from, to) {
             let who = Who::Other;
             facts.push(Fact::Speeds {
                 who,
@@ -357,6 +376,7 @@ impl<'c, 's> Telling<'c, 's> {
         if let Some(contact) = contact {
             let before = ttc.filter(|(step, _)| *step <= contact.step);
             let short = before.and_then(|(step, _)| self.short_since(step));
+            let short = short.map(|(since, until)| self.short_ttc(since, until));
             let contact = Fact::Contact {
                 time: contact.time,
                 closing_speed: contact.closing_speed,
@@ -368,6 +388,7 @@ impl<'c, 's> Telling<'c, 's> {
             Some((step, seconds)) => Some(Fact::LowestTtc {
                 time: self.time(step),
                 seconds,
+                is_told: self.window.steps().contains(&step),
             }),
             // A region does not go straight on.
             None => (!other.is_set_based()).then_some(Fact::NoCourse),
@@ -381,45 +402,69 @@ impl<'c, 's> Telling<'c, 's> {
             time: self.time(step),
             distance: encounter.distance(),
             place: encounter.relation().direction,
+            is_told: self.window.steps().contains(&step),
         });
         lowest.into_iter().chain(nearest).collect()
     }
 
-    /// What the ego does.
+    /// What the ego does: where the time to collision gets short, what it does then.
     fn ego(&self) -> Vec<Fact> {
-        let (from, to) = self.span();
-        let turn = self.turn(Who::Ego, &self.ego);
-        let mut facts: Vec<Fact> = turn.into_iter().collect();
-        match self.brake(Who::Ego, &self.ego) {
-            Some(brake) => {
-                facts.push(brake);
-                facts.extend(self.reaction(&brake));
+        let who = Who::Ego;
+        let whole = (self.window.first(), self.window.last());
+        let short = self
+            .lowest_ttc()
+            .and_then(|(lowest, _)| self.short_since(lowest));
+        let short = short.filter(|(since, until)| {
+            self.window.steps().contains(since) && is_while(self.time(*since), self.time(*until))
+        });
+        let (since, until) = short.unwrap_or(whole);
+        let mut facts: Vec<Fact> = self.turn(who, &self.ego).into_iter().collect();
+        let brake = self.brake(who, &self.ego, since..=until);
+        let late = brake
+            .zip(short)
+            .and_then(|(brake, short)| self.reaction(&brake, short));
+        let (from, to) = (self.time(since), self.time(until));
+        let no_brake = || {
+            let moves = self.ego.speeds().1 >= STANDING && is_while(from, to);
+            moves.then_some(Fact::NoBrake { who, from, to })
+        };
+        let braked = brake.or_else(no_brake);
+        // The reaction is said right after the braking.
+        let rise = self.rise(who, &self.ego);
+        let told = in_order([braked, rise]);
+        for fact in told {
+            facts.push(fact);
+            if matches!(fact, Fact::Brake { .. }) {
+                facts.extend(late);
             }
-            None if self.ego.speeds().1 >= STANDING => {
-                facts.push(Fact::NoBrake {
-                    who: Who::Ego,
-                    from,
-                    to,
-                });
-            }
-            None => {}
         }
         facts
     }
 
-    /// When the time to collision got short, where the ego begins to brake while it is.
-    fn reaction(&self, brake: &Fact) -> Option<Fact> {
-        let (lowest, _) = self.lowest_ttc()?;
-        let short = self.short_since(lowest)?;
-        match (short, brake) {
-            // Who brakes at first may have begun before.
-            (Fact::ShortTtc { time, until }, Fact::Brake { from, .. })
-                if (time..=until).contains(from) && *from > self.span().0 =>
-            {
-                Some(short)
-            }
-            _ => None,
-        }
+    /// When the time to collision got short, where the ego begins to slow down while it is.
+    fn reaction(&self, brake: &Fact, (since, until): (i64, i64)) -> Option<Fact> {
+        let Fact::Brake { from, .. } = brake else {
+            return None;
+        };
+        // The recording tells when it got short, and the ego did not slow down before.
+        self.encounter(since - 1)?;
+        let step = (from / self.context.scene().scenario.dt()).round() as i64;
+        let is_reaction = (self.time(since)..=self.time(until)).contains(from)
+            && *from > self.span().0
+            && self.ego.fallen_before(step) < SLOWED;
+        is_reaction.then(|| self.short_ttc(since, until))
+    }
+
+    /// The largest rise of a speed.
+    fn rise(&self, who: Who, drive: &Drive) -> Option<Fact> {
+        let Change { steps, speeds, .. } = drive.rise()?;
+        Some(Fact::SpeedUp {
+            who,
+            from: self.time(steps.0),
+            to: self.time(steps.1),
+            from_speed: speeds.0,
+            to_speed: speeds.1,
+        })
     }
 
     fn turn(&self, who: Who, drive: &Drive) -> Option<Fact> {
@@ -433,12 +478,13 @@ impl<'c, 's> Telling<'c, 's> {
         })
     }
 
-    fn brake(&self, who: Who, drive: &Drive) -> Option<Fact> {
-        let Slowing {
+    /// The hardest braking between two steps.
+    fn brake(&self, who: Who, drive: &Drive, between: RangeInclusive<i64>) -> Option<Fact> {
+        let Change {
             steps,
             speeds,
             most,
-        } = drive.hardest_slowing()?;
+        } = drive.hardest_slowing(between)?;
         Some(Fact::Brake {
             who,
             from: self.time(steps.0),
@@ -452,6 +498,13 @@ impl<'c, 's> Telling<'c, 's> {
     /// Who leaves first the place where both ways overlap.
     fn pass(&self) -> Option<Fact> {
         let passing = self.context.passing(self.participant)?;
+        // Ways of who follows overlap all along.
+        let step = (passing.left / self.context.scene().scenario.dt()).round() as i64;
+        let encounter = self.encounter(step)?;
+        let [ego, other] = [encounter.ego, encounter.other].map(|motion| motion.pose.heading);
+        if angle_between(ego, other).abs() < CROSSING {
+            return None;
+        }
         Some(Fact::Pass {
             first: if passing.ego_first {
                 Who::Ego
@@ -476,17 +529,35 @@ impl<'c, 's> Telling<'c, 's> {
         readings.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Since when the time to collision is short until a step; nothing where the recording does not tell.
-    fn short_since(&self, until: i64) -> Option<Fact> {
+    /// Since which step the time to collision is short until another one; nothing where it is not.
+    fn short_since(&self, until: i64) -> Option<(i64, i64)> {
         let is_short = |step: &i64| self.ttc(*step).is_some_and(|seconds| seconds <= SHORT);
         let since = { (i64::MIN..=until).rev() }.take_while(is_short).last()?;
-        // At the first step it may have been short before.
-        self.encounter(since - 1)?;
-        Some(Fact::ShortTtc {
+        Some((since, until))
+    }
+
+    fn short_ttc(&self, since: i64, until: i64) -> Fact {
+        Fact::ShortTtc {
             time: self.time(since),
             until: self.time(until),
-        })
+        }
     }
+}
+
+/// Facts in the order of their times.
+fn in_order(facts: [Option<Fact>; 2]) -> Vec<Fact> {
+    let from = |fact: &Fact| match fact {
+        Fact::Brake { from, .. } | Fact::NoBrake { from, .. } | Fact::SpeedUp { from, .. } => *from,
+        _ => 0.0,
+    };
+    let mut all: Vec<Fact> = facts.into_iter().flatten().collect();
+    all.sort_by(|a, b| from(a).total_cmp(&from(b)));
+    all
+}
+
+/// Whether times differ as they are told.
+fn is_while(from: f64, to: f64) -> bool {
+    to - from >= 0.1
 }
 
 fn ttc_measure() -> Option<&'static Measure> {

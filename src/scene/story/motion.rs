@@ -1,5 +1,7 @@
 //! How one moves over some steps: turns, speeds, and where it slows down.
 
+use std::ops::{Range, RangeInclusive};
+
 use crate::scenario::Motion;
 use nearmiss_base::geometry::angle_between;
 
@@ -12,43 +14,82 @@ const OVER: f64 = 0.4;
 /// Headings of who moves less than this in all are noise, metres.
 const LEAST_WAY: f64 = 2.0;
 
-/// Motions at consecutive steps.
+/// Who gains or loses less does not speed up or brake, m/s.
+const NOTABLE: f64 = 0.5;
+
+/// Speeds are told to rise from here on, m/s.
+const RISE: f64 = 1.5;
+
+/// Headings that change by more between two steps are those of a reversal or of noise, radians: 30°.
+const JUMP: f64 = 0.524;
+
+/// Motions at consecutive steps, of which some are told.
 pub(super) struct Drive {
     all: Vec<(i64, Motion)>,
+    /// Places of those that are told.
+    told: Range<usize>,
     dt: f64,
 }
 
-/// The time in which one slows down all the time.
-pub(super) struct Slowing {
+/// The time in which one slows down or speeds up.
+pub(super) struct Change {
     /// First and last step.
     pub steps: (i64, i64),
     /// Speeds there, m/s.
     pub speeds: (f64, f64),
-    /// The most, m/s².
+    /// The most of slowing down, m/s².
     pub most: f64,
 }
 
 impl Drive {
-    pub fn new(all: impl Iterator<Item = (i64, Motion)>, dt: f64) -> Self {
-        let all = all.collect();
-        Self { all, dt }
+    /// Those around `told` that follow each other without a gap.
+    pub fn new(motion: impl Fn(i64) -> Option<Motion>, told: RangeInclusive<i64>, dt: f64) -> Self {
+        let there = |step: i64| motion(step).map(|motion| (step, motion));
+        let mut all: Vec<_> = (i64::MIN..*told.start()).rev().map_while(there).collect();
+        all.reverse();
+        let first = all.len();
+        all.extend(told.clone().filter_map(there));
+        let told_to = all.len();
+        all.extend((told.end() + 1..).map_while(there));
+        Self {
+            all,
+            told: first..told_to,
+            dt,
+        }
+    }
+
+    fn told(&self) -> &[(i64, Motion)] {
+        &self.all[self.told.clone()]
+    }
+
+    fn speed(&self, place: usize) -> f64 {
+        self.all[place].1.velocity.abs()
+    }
+
+    fn change(&self, from: usize, to: usize, most: f64) -> Change {
+        Change {
+            steps: (self.all[from].0, self.all[to].0),
+            speeds: (self.speed(from), self.speed(to)),
+            most,
+        }
     }
 
     /// The change of heading, radians, positive to the left; nothing of who hardly moves.
     pub fn turned(&self) -> Option<f64> {
         let mut way = 0.0;
         let mut turned = 0.0;
-        for pair in self.all.windows(2) {
+        for pair in self.told().windows(2) {
             let [(_, from), (_, to)] = pair else { continue };
             way += (to.pose.position - from.pose.position).norm();
-            turned += angle_between(from.pose.heading, to.pose.heading);
+            let by = angle_between(from.pose.heading, to.pose.heading);
+            turned += if by.abs() > JUMP { 0.0 } else { by };
         }
         (way >= LEAST_WAY).then_some(turned)
     }
 
     /// Lowest and highest speed, m/s.
     pub fn speeds(&self) -> (f64, f64) {
-        let speeds = self.all.iter().map(|(_, motion)| motion.velocity.abs());
+        let speeds = self.told().iter().map(|(_, motion)| motion.velocity.abs());
         speeds.fold((f64::INFINITY, 0.0), |(low, high), speed| {
             (low.min(speed), high.max(speed))
         })
@@ -63,25 +104,51 @@ impl Drive {
         (seconds > 0.0).then(|| (from.1.velocity.abs() - to.1.velocity.abs()) / seconds)
     }
 
-    /// The time around the hardest deceleration in which one slows down all the time.
-    pub fn hardest_slowing(&self) -> Option<Slowing> {
+    /// The time around the hardest deceleration between two of the told steps in which one slows down all the time, however
+    /// long before and after them.
+    pub fn hardest_slowing(&self, between: RangeInclusive<i64>) -> Option<Change> {
         let all: Vec<f64> = { 0..self.all.len() }
             .filter_map(|place| self.slowing(place))
             .collect();
-        let (hardest, most) =
-            { all.iter().copied().enumerate() }.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        if most < BRAKING {
-            return None;
-        }
+        let inside = |place: &usize| between.contains(&self.all[*place].0);
+        let told = self
+            .told
+            .clone()
+            .filter(|place| *place < all.len() && inside(place));
+        let hardest = told.max_by(|a, b| all[*a].total_cmp(&all[*b]))?;
         let brakes = |place: &usize| all[*place] >= BRAKING;
         let first = (0..=hardest).rev().take_while(brakes).last()?;
         let last = (hardest..all.len()).take_while(brakes).last()?;
-        let at = |place: usize| (self.all[place].0, self.all[place].1.velocity.abs());
-        let ((from, from_speed), (to, to_speed)) = (at(first), at(last));
-        Some(Slowing {
-            steps: (from, to),
-            speeds: (from_speed, to_speed),
-            most,
-        })
+        let change = self.change(first, last, all[hardest]);
+        (change.speeds.0 - change.speeds.1 >= NOTABLE).then_some(change)
+    }
+
+    /// The largest rise of the speed between two of the told steps.
+    pub fn rise(&self) -> Option<Change> {
+        let mut lowest = self.told.start;
+        let mut found: Option<(usize, usize)> = None;
+        for place in self.told.clone() {
+            // The last of those from which it rises.
+            if self.speed(place) <= self.speed(lowest) {
+                lowest = place;
+            }
+            let rise = |(from, to): (usize, usize)| self.speed(to) - self.speed(from);
+            if rise((lowest, place)) > found.map_or(0.0, rise) {
+                found = Some((lowest, place));
+            }
+        }
+        let (from, to) = found?;
+        let change = self.change(from, to, 0.0);
+        (change.speeds.1 - change.speeds.0 >= RISE).then_some(change)
+    }
+
+    /// By how much the speed has fallen already where one begins to brake, without a break before, m/s.
+    pub fn fallen_before(&self, step: i64) -> f64 {
+        let Some(at) = self.all.iter().position(|(own, _)| *own == step) else {
+            return 0.0;
+        };
+        let falls = |place: &usize| self.speed(*place) > self.speed(place + 1);
+        let first = (0..at).rev().take_while(falls).last();
+        first.map_or(0.0, |first| self.speed(first) - self.speed(at))
     }
 }

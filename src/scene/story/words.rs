@@ -50,6 +50,7 @@ fn who(fact: &Fact) -> Option<Who> {
         Fact::Turn { who, .. }
         | Fact::Brake { who, .. }
         | Fact::NoBrake { who, .. }
+        | Fact::SpeedUp { who, .. }
         | Fact::Speeds { who, .. } => Some(*who),
         _ => None,
     }
@@ -79,6 +80,12 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
                 Course::Stands => "stands".into(),
                 Course::SameWay => format!("moves the same way with {other_speed:.1} m/s"),
                 Course::Towards => format!("moves the opposite way with {other_speed:.1} m/s"),
+                Course::ToTheLeft if is_left(place) => {
+                    format!("moves away to the left with {other_speed:.1} m/s")
+                }
+                Course::ToTheRight if is_right(place) => {
+                    format!("moves away to the right with {other_speed:.1} m/s")
+                }
                 Course::ToTheLeft => {
                     format!("moves across from right to left with {other_speed:.1} m/s")
                 }
@@ -111,8 +118,25 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             from_speed,
             to_speed,
             most,
+        } => {
+            let doubt = if most > GRIP {
+                " (more than tyres hold)"
+            } else {
+                ""
+            };
+            format!(
+                "{}brakes from {from_speed:.1} to {to_speed:.1} m/s between {from:.1} and {to:.1} s, with up to {most:.1} m/s²{doubt}",
+                one(who)
+            )
+        }
+        Fact::SpeedUp {
+            who,
+            from,
+            to,
+            from_speed,
+            to_speed,
         } => format!(
-            "{}brakes from {from_speed:.1} to {to_speed:.1} m/s between {from:.1} and {to:.1} s, with up to {most:.1} m/s²",
+            "{}speeds up from {from_speed:.1} to {to_speed:.1} m/s between {from:.1} and {to:.1} s",
             one(who)
         ),
         Fact::NoBrake { who, from, to } => {
@@ -142,12 +166,17 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
                 "{first} leaves the place where their ways overlap at {left:.1} s, {after:.1} s before {second} comes there"
             )
         }
-        Fact::LowestTtc { time, seconds } => {
-            format!("the time to collision is lowest at {time:.1} s: {seconds:.2} s")
+        Fact::LowestTtc {
+            time,
+            seconds,
+            is_told,
+        } => {
+            let (whole, seconds) = (whole(is_told), least(seconds, "s", 2));
+            format!("{whole}the time to collision is lowest at {time:.1} s: {seconds}")
         }
-        Fact::ShortTtc { time, until } => match facts {
+        Fact::ShortTtc { time, .. } => match facts {
             [Fact::ShortTtc { .. }, ..] => {
-                format!("the time to collision is at most 3 s between {time:.1} and {until:.1} s")
+                format!("the time to collision is at most 3 s from {time:.1} s on")
             }
             _ => {
                 let late = facts.iter().find_map(|fact| match fact {
@@ -175,11 +204,46 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             time,
             distance,
             place,
+            is_told,
         } => {
+            // Both are said of the whole recording once.
+            let outside = matches!(facts, [Fact::LowestTtc { is_told: false, .. }, ..]);
+            let (whole, distance) = (whole(is_told || outside), least(distance, "m", 2));
             let place = side(place);
-            format!("at {time:.1} s they are nearest: {distance:.2} m, with {subject} {place}")
+            format!("{whole}at {time:.1} s they are nearest: {distance}, with {subject} {place}")
         }
     }
+}
+
+/// Tyres hold no more, m/s².
+const GRIP: f64 = 10.0;
+
+fn whole(is_told: bool) -> &'static str {
+    if is_told {
+        ""
+    } else {
+        "in the whole recording "
+    }
+}
+
+/// A number of which the last digit is not all that is left.
+fn least(value: f64, unit: &str, digits: usize) -> String {
+    let last = 0.1_f64.powi(digits as i32);
+    if value > 0.0 && value < last {
+        format!("less than {last:.digits$} {unit}")
+    } else {
+        format!("{value:.digits$} {unit}")
+    }
+}
+
+fn is_left(place: Direction) -> bool {
+    use Direction::{FrontLeft, Left, RearLeft};
+    matches!(place, Left | FrontLeft | RearLeft)
+}
+
+fn is_right(place: Direction) -> bool {
+    use Direction::{FrontRight, RearRight, Right};
+    matches!(place, Right | FrontRight | RearRight)
 }
 
 /// Where the other is, seen from the ego's body.

@@ -418,7 +418,10 @@ fn link(map: &mut NamedMap, lanes: &[&NetLane], connections: &[Connection]) {
             continue;
         }
         // Lanes are counted from the right.
-        let Some(left) = places.get(&lane_name(&(lane.edge.clone(), lane.index + 1))) else {
+        let Some(left) = places.get(&lane_name(&(
+            lane.edge.clone(),
+            lane.index.saturating_add(1),
+        ))) else {
             continue;
         };
         let adjacent = |id| {

@@ -142,7 +142,6 @@ impl OwnMeasures {
             slots: BTreeMap::new(),
             mistakes: Vec::new(),
         };
-        let all: Vec<Checked> = said.iter().filter_map(|one| checker.checked(one)).collect();
         if let Some(first) = said.get(MOST) {
             checker.wrong(
                 first.id,
@@ -150,6 +149,8 @@ impl OwnMeasures {
                 format!("more than {MOST} measures; remove some"),
             );
         }
+        let some = said.iter().take(MOST);
+        let all: Vec<Checked> = some.filter_map(|one| checker.checked(one)).collect();
         if checker.mistakes.is_empty() {
             Ok(Self { all })
         } else {

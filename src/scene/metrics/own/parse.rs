@@ -13,6 +13,9 @@ const LONGEST: usize = 500;
 /// Most parts of a formula, those of the measures in it counted too.
 const LARGEST: usize = 1000;
 
+/// No formula is nested deeper.
+const DEEPEST: usize = 40;
+
 /// Highest power.
 const HIGHEST: f64 = 9.0;
 
@@ -35,6 +38,7 @@ pub fn parse(text: &str, names: &mut Names<'_>) -> Result<Formula, FormulaError>
         text,
         tokens: tokens(text)?,
         place: 0,
+        depth: 0,
         facts: Facts {
             reads_ahead: false,
             of_places: true,
@@ -59,6 +63,8 @@ struct Parser<'t, 'n> {
     text: &'t str,
     tokens: Vec<(Token<'t>, Range<usize>)>,
     place: usize,
+    /// Expressions that are open.
+    depth: usize,
     facts: Facts,
     names: &'n mut Names<'n>,
 }
@@ -147,6 +153,12 @@ impl Parser<'_, '_> {
     }
 
     fn expression(&mut self, least: u8) -> Result<Part, FormulaError> {
+        // Measures that use each other nest, too, and no stack holds them all.
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            let words = format!("more than {DEEPEST} brackets and operators deep; simplify it");
+            return Err(FormulaError::new(&self.at(), words));
+        }
         let mut left = self.first()?;
         while let Token::Sign(sign) = self.tokens[self.place].0 {
             let Some(strength) = strength(sign).filter(|strength| *strength >= least) else {
@@ -164,6 +176,7 @@ impl Parser<'_, '_> {
                 }
             };
         }
+        self.depth -= 1;
         Ok(left)
     }
 

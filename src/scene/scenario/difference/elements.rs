@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{FieldDifference, Found, SAME, apart, same_shape};
 use crate::scenario::{
     Ego, Goal, Lanelet, Motion, Obstacle, ObstacleRole, PlanningProblem, Position, Prediction,
-    Scenario, Sign, State, Steps, TrafficLight,
+    Scenario, Sign, State, Steps, Track, TrafficLight,
 };
 
 /// The lines of the summary, the id, where it is, and the other attributes of the root.
@@ -32,7 +32,7 @@ pub(super) fn about(a: &Scenario, b: &Scenario) -> Found {
 
 pub(super) fn egos(a: &Ego, b: &Ego, found: &mut Found) {
     found.body(Some(&a.footprint), Some(&b.footprint));
-    found.words("steps", steps(a.track.steps()), steps(b.track.steps()));
+    found.words("steps", steps(&a.track), steps(&b.track));
     let motions = a.track.iter();
     motion(
         motions.filter_map(|(step, m)| Some((step, m, b.track.at(step)?))),
@@ -40,8 +40,15 @@ pub(super) fn egos(a: &Ego, b: &Ego, found: &mut Found) {
     );
 }
 
-fn steps(steps: std::ops::Range<i64>) -> Option<String> {
-    (!steps.is_empty()).then(|| format!("{} to {}", steps.start, steps.end - 1))
+/// The steps of a track, and how many within them it lacks.
+fn steps(track: &Track) -> Option<String> {
+    let steps = track.steps();
+    let mut gaps = steps.clone().filter(|step| track.at(*step).is_none());
+    let lacking = gaps.next().map(|first| (first, gaps.count() + 1));
+    let gaps = lacking.map_or_else(String::new, |(first, count)| {
+        format!(" without {count}, {first} first")
+    });
+    (!steps.is_empty()).then(|| format!("{} to {}{gaps}", steps.start, steps.end - 1))
 }
 
 /// The largest differences of two motions, and when they are.
@@ -81,7 +88,7 @@ pub(super) fn obstacles(a: &Obstacle, b: &Obstacle, found: &mut Found) {
         motion(pair.map(|(a, b)| (step, a, b)).into_iter(), found);
         return;
     }
-    found.words("steps", steps(a.track().steps()), steps(b.track().steps()));
+    found.words("steps", steps(a.track()), steps(b.track()));
     let shared = a.track().iter();
     motion(
         shared.filter_map(|(step, m)| Some((step, m, b.track().at(step)?))),
