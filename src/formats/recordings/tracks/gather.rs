@@ -116,6 +116,7 @@ impl Rows {
             !(time < only.times.0 || time > only.times.1)
                 && only.scenario.as_ref().is_none_or(is_of)
         };
+        let before = self.track.len();
         // Names of this batch are those of tracks that are known by number.
         let mut known: HashMap<[u32; 3], u32> = HashMap::new();
         let mut kept = Vec::with_capacity(batch.lines.len());
@@ -161,12 +162,18 @@ impl Rows {
         }
         for (role, values) in numbers {
             let all = self.numbers.entry(role).or_default();
+            // Another table of the recording may lack columns.
+            all.resize(before, f64::NAN);
             if kept.len() == values.len() {
                 all.extend(values);
             } else {
                 all.extend(kept.iter().map(|row| values[*row]));
             }
         }
+        let count = self.track.len();
+        self.numbers
+            .values_mut()
+            .for_each(|all| all.resize(count, f64::NAN));
         Ok(())
     }
 

@@ -122,6 +122,11 @@ pub static ESMINI: Known = Known {
 };
 
 impl Known {
+    /// Whether a table is read with another one of its recording.
+    pub fn is_beside(&self, path: &Path) -> bool {
+        self.beside.is_some() && other(path, PEDESTRIANS, VEHICLES).is_some()
+    }
+
     /// The data set whose tables have these columns.
     pub fn find(names: &[String]) -> Option<&'static Self> {
         let has = |wanted: &&str| names.iter().any(|name| name.eq_ignore_ascii_case(wanted));
@@ -154,11 +159,18 @@ fn argoverse(_: &str) -> ObstacleType {
     ObstacleType::Car
 }
 
-/// The pedestrians and bicycles of a recording lie in a table beside that of its vehicles.
+/// The tables of vehicles, and of the pedestrians and bicycles of the same recording beside it.
+const VEHICLES: &str = "vehicle_tracks_";
+const PEDESTRIANS: &str = "pedestrian_tracks_";
+
 fn pedestrians(vehicles: &Path) -> Option<PathBuf> {
-    let name = vehicles.file_name()?.to_str()?;
-    let number = name.strip_prefix("vehicle_tracks_")?;
-    let other = vehicles.with_file_name(format!("pedestrian_tracks_{number}"));
+    other(vehicles, VEHICLES, PEDESTRIANS)
+}
+
+/// The file beside one whose name begins otherwise.
+fn other(path: &Path, begins: &str, instead: &str) -> Option<PathBuf> {
+    let number = path.file_name()?.to_str()?.strip_prefix(begins)?;
+    let other = path.with_file_name(format!("{instead}{number}"));
     other.is_file().then_some(other)
 }
 

@@ -628,8 +628,9 @@ impl Format for Tables {
     fn is_found(&self, path: &Path, head: &[u8]) -> bool {
         let is_beside = |plan: &Plan| {
             matches!(plan.written, Written::Log(_)) && path.with_extension("xosc").is_file()
+                || plan.known.is_some_and(|known| known.is_beside(path))
         };
-        // The log of a scenario is read with it.
+        // The log of a scenario and the other table of a recording are read with it.
         let plan = Plan::of(path, head, options(), Role::is_of_recordings);
         plan.is_some_and(|plan| plan.is_whole() && !is_beside(&plan))
     }

@@ -10,6 +10,8 @@ use nearmiss_scene::scenario::{Obstacle, Scenario, Severity};
 
 use super::*;
 
+mod odd;
+
 /// Someone of the scene at a moment.
 struct Moment {
     step: i64,
