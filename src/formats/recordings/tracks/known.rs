@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use nearmiss_scene::scenario::ObstacleType;
 
+use super::table::Trust;
 use crate::recordings::assembly::kind_by_class;
 use crate::tables::OWN_COLUMNS;
 
@@ -35,8 +36,9 @@ static KNOWN: [Known; 5] = [
     Known {
         source: OWN,
         telling: &OWN_COLUMNS,
-        columns: "time=time[s],id=id,x=x[m],y=y[m],heading=heading[rad],speed=speed[m/s],acceleration=acceleration[m/s2],\
-                  length=length[m],width=width[m],class=class,ego=ego",
+        // Others call columns so, too: units are those of `convert` where nothing contradicts them.
+        columns: "time=time,id=id,x=x,y=y,heading=heading,speed=speed,acceleration=acceleration,length=length,width=width,\
+                  class=class,ego=ego",
         kind: Some(own),
         tags: &[],
         beside: None,
@@ -122,6 +124,15 @@ pub static ESMINI: Known = Known {
 };
 
 impl Known {
+    /// What is known of its units and conventions.
+    pub fn trust(&self) -> Trust {
+        if self.source == OWN {
+            Trust::Ours
+        } else {
+            Trust::All
+        }
+    }
+
     /// Whether a table is read with another one of its recording.
     pub fn is_beside(&self, path: &Path) -> bool {
         self.beside.is_some() && other(path, PEDESTRIANS, VEHICLES).is_some()

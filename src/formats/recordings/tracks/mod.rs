@@ -12,6 +12,7 @@ mod gather;
 mod guess;
 mod known;
 mod large;
+mod middles;
 mod motion;
 mod scenario;
 mod states;
@@ -19,6 +20,7 @@ pub(super) mod table;
 #[cfg(test)]
 mod tests;
 mod text;
+mod times;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -37,7 +39,7 @@ use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, HEAD, Parts};
 use known::Known;
 use large::Outline;
-use table::{Decided, Recorded, Said, Track};
+use table::{Decided, Recorded, Said, Track, Trust};
 
 pub use arrow::Form as ColumnForm;
 pub use batch::Wanted;
@@ -308,8 +310,8 @@ impl Plan {
         Said {
             rate: self.rate,
             kind: self.known.and_then(|known| known.kind),
-            is_known: self.known.is_some(),
-            decided: None,
+            trust: self.known.map_or(Trust::Nothing, Known::trust),
+            ..Said::default()
         }
     }
 
