@@ -144,9 +144,7 @@ impl Work<'_> {
             rows.windows(2)
                 .map(|pair| self.times[pair[1] as usize] - self.times[pair[0] as usize])
         });
-        let about = found
-            .clone()
-            .unwrap_or_else(|_| assembly::median(between.collect()));
+        let about = found.clone().unwrap_or_else(|_| typical(between.collect()));
         let usual = known.or(usual_step(about));
         let usual = usual.filter(|usual| (last - first) / usual <= MOST_STEPS);
         let time_step = match (usual, found) {
@@ -259,6 +257,13 @@ fn are_on_steps(times: &[f64], time_step: f64) -> bool {
     times
         .iter()
         .all(|time| off(&(time - times[0]), time_step) <= rounding.max(SAME) + 1e-6)
+}
+
+/// The mean of times between rows, without gaps.
+fn typical(mut between: Vec<f64>) -> f64 {
+    let median = assembly::median(between.clone());
+    between.retain(|time| (0.5..1.5).contains(&(time / median)));
+    between.iter().sum::<f64>() / between.len().max(1) as f64
 }
 
 /// A usual length of steps that is about this long, seconds: of whole numbers of them a second, or of milliseconds.

@@ -308,3 +308,48 @@ fn a_rate_is_of_frames_only() {
     let found = read(frames.as_bytes(), &with("", Some(10.0))).unwrap();
     follows(&found, 1, circle, CLOSE);
 }
+
+#[test]
+fn a_map_in_degrees_and_metres_lies_under_tracks_in_degrees() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut map = String::from("<osm>");
+    let places = [
+        (48.0, 11.0),
+        (48.0, 11.001),
+        (48.0001, 11.0),
+        (48.0001, 11.001),
+    ];
+    for (id, (lat, lon)) in (1..).zip(places) {
+        write!(
+            map,
+            "<node id='{id}' lat='{lat}' lon='{lon}'><tag k='local_x' v='{id}'/><tag k='local_y' v='{id}'/></node>"
+        )
+        .unwrap();
+    }
+    map.push_str(
+        "<way id='5'><nd ref='3'/><nd ref='4'/></way><way id='6'><nd ref='1'/><nd ref='2'/></way>\
+         <relation id='7'><member type='way' ref='5' role='left'/><member type='way' ref='6' role='right'/>\
+         <tag k='type' v='lanelet'/></relation></osm>",
+    );
+    let path = folder.path().join("map.osm");
+    std::fs::write(&path, map).unwrap();
+    let text =
+        "t,id,lat,lon\n0.0,1,48.00005,11.0002\n0.1,1,48.00005,11.00021\n0.2,1,48.00005,11.00022\n";
+    let options = TableOptions {
+        map: Some(path),
+        ..TableOptions::default()
+    };
+    let found = read(text.as_bytes(), &options).unwrap();
+    let right = &found.network.lanelets[0].right.points;
+    let plane = crate::recordings::utm::TransverseMercator::around(48.0, 11.0);
+    let (east, north) = plane.forward(48.0, 11.001);
+    assert!(
+        (right[1].x - east).abs() < 1e-6 && (right[1].y - north).abs() < 1e-6,
+        "{right:?}"
+    );
+    assert!(
+        !notes(&found).contains("no track is on the map"),
+        "{}",
+        notes(&found)
+    );
+}
