@@ -301,7 +301,7 @@ impl Log {
         let batch = Batch {
             values,
             lines: vec![0; count],
-            commas: 0,
+            ..Batch::default()
         };
         let mut rows = Rows::default();
         rows.add(&roles, batch)

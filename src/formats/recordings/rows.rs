@@ -173,8 +173,13 @@ pub fn columns_of(head: &[u8]) -> (u8, Vec<String>) {
 
 /// The name of a column without what surrounds it.
 pub fn name(field: &str) -> String {
+    bare(field).to_string()
+}
+
+/// The same as a part of the field.
+pub fn bare(field: &str) -> &str {
     let plain = field.trim_start_matches('\u{feff}').trim();
-    plain.trim_matches('"').trim().to_string()
+    plain.trim_matches('"').trim()
 }
 
 /// A number. Where fields are separated by something else, it may have a decimal comma; whether it has one comes with it.

@@ -91,7 +91,10 @@ pub fn outline(
     }
     let plan = plan()?;
     let is_large = match &plan.written {
-        Written::Text(_, packing) => *packing == super::Packing::Plain && bytes > LARGE_TEXT,
+        Written::Text(layout, packing) => {
+            let has_lines = layout.form != text::Form::JsonArray;
+            has_lines && *packing == super::Packing::Plain && bytes > LARGE_TEXT
+        }
         Written::Columns(arrow::Form::Parquet) => {
             let groups = arrow::row_groups(path).unwrap_or_default();
             groups.iter().sum::<usize>() > LARGE_ROWS
@@ -137,22 +140,21 @@ impl Outline {
 
     fn find_pieces(&mut self, report: &Report) -> Result<(), ReadError> {
         let clock = self.plan.columns.clock(self.plan.rate);
-        let roles = [clock, Role::Scenario];
-        let named = roles.iter().filter_map(|role| {
-            let source = self.plan.columns.of.get(role)?;
-            Some(Wanted {
-                name: source.column.clone(),
-                is_text: role.is_text(),
-            })
-        });
-        let wanted: Vec<Wanted> = named.collect();
+        let (roles, wanted) = self.plan.wanted();
+        let looked_at = [clock, Role::Nanoseconds, Role::Scenario];
+        let some = roles.into_iter().zip(wanted);
+        let (roles, wanted): (Vec<Role>, Vec<Wanted>) =
+            some.filter(|(role, _)| looked_at.contains(role)).unzip();
+        let place = |wanted: Role| roles.iter().position(|role| *role == wanted);
+        let (times, scenarios) = (place(clock), place(Role::Scenario));
         let (mut pieces, mut names) = (Vec::new(), Names::default());
-        let mut add = |place, batch: &Batch| {
-            let Some(Values::Numbers(times)) = batch.values.first() else {
+        let mut add = |place, mut batch: Batch| {
+            batch.join_times(&roles);
+            let Some(Values::Numbers(times)) = times.map(|times| &batch.values[times]) else {
                 return;
             };
             let some = || times.iter().copied().filter(|time| time.is_finite());
-            let scenarios = match batch.values.get(1) {
+            let scenarios = match scenarios.map(|place| &batch.values[place]) {
                 Some(Values::Texts(_, texts)) => names.places(&texts.texts),
                 _ => Vec::new(),
             };
@@ -170,7 +172,7 @@ impl Outline {
             Written::Text(layout, _) => {
                 let io = |error| ReadError::io(report.file(), &error);
                 let mut file = system::open_file(&self.path).map_err(io)?;
-                let mut take = |piece, rows: &Batch| add(Place::Text(piece), rows);
+                let mut take = |piece, rows: Batch| add(Place::Text(piece), rows);
                 layout.pieces(&mut file, &wanted, &mut take)
             }
             _ => (|| {
@@ -178,7 +180,7 @@ impl Outline {
                 let groups = arrow::row_groups(&self.path);
                 for (group, rows) in groups.map_err(text::unread)?.into_iter().enumerate() {
                     let mut take = |batch: Batch| {
-                        add(Place::Group(group, first), &batch);
+                        add(Place::Group(group, first), batch);
                         Ok(())
                     };
                     arrow::read_group(&self.path, group, first, &wanted, &mut take)?;

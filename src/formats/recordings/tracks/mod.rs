@@ -14,6 +14,7 @@ mod known;
 mod large;
 mod middles;
 mod motion;
+mod names;
 mod scenario;
 mod states;
 pub(super) mod table;
@@ -170,7 +171,9 @@ impl Plan {
                 if esmini::is_log(&unpacked) {
                     return Some(Self::of_log(packing, options));
                 }
-                let layout = text::Layout::detect(&unpacked)?;
+                let named = options.named.iter().map(|named| &named.columns);
+                let said: Vec<&Columns> = options.columns.iter().chain(named).collect();
+                let layout = text::Layout::detect(&unpacked, &said)?;
                 let names = layout.names.clone();
                 (Written::Text(layout, packing), names)
             }
@@ -248,26 +251,23 @@ impl Plan {
 
     /// Why it cannot be read, if it cannot.
     fn check(&self, report: &Report) -> Result<(), ReadError> {
-        let named = |names: &[String]| format!("`{}`", names.join("`, `"));
         if !self.missing.is_empty() {
             return Err(report.fail(format!(
-                "no column {}; the table has {}",
-                named(&self.missing),
-                named(&self.names)
+                "no column `{}`; the table has {}",
+                self.missing.join("`, `"),
+                shown(&self.names)
             )));
         }
-        let missing = self.columns.missing();
-        if missing.is_empty() {
-            return Ok(());
+        match self.columns.lacking() {
+            None => Ok(()),
+            Some(lacking) => {
+                let names = shown(&self.names);
+                Err(report.fail(format!("the table has {names}; {lacking}")))
+            }
         }
-        let which = missing.join(", ");
-        Err(report.fail(format!(
-            "which column is {which}? The table has {}; say it with --columns {}=COLUMN",
-            named(&self.names),
-            missing[0].split(' ').next().unwrap_or_default()
-        )))
     }
 
+    /// The columns that are read.
     fn wanted(&self) -> (Vec<Role>, Vec<Wanted>) {
         let all = self.columns.of.iter().map(|(role, source)| {
             let wanted = Wanted {
@@ -338,6 +338,32 @@ impl Plan {
             leftovers,
         )
     }
+}
+
+/// So many columns are named.
+const MAX_LISTED: usize = 30;
+
+/// Names of columns in words.
+fn shown(columns: &[String]) -> String {
+    let names = columns.iter().take(MAX_LISTED);
+    let names: Vec<String> = names
+        .map(|name| format!("`{}`", batch::shown(name)))
+        .collect();
+    let more = match columns.len() - names.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("the columns {}{more}", names.join(", "))
+}
+
+/// What a table with these columns is that lacks some for tracks, and what to do.
+pub fn lacking(columns: &[String]) -> (String, String) {
+    let found = Columns::by_name(columns).only(Role::is_of_recordings);
+    let instead = found.lacking().unwrap_or_default();
+    (
+        shown(columns),
+        format!("{instead} (`nearmiss help tracks`)"),
+    )
 }
 
 /// What is in a file, with all that is needed for its windows.

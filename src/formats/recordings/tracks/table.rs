@@ -3,7 +3,7 @@
 use nearmiss_base::geometry::{Point, angle_between};
 use nearmiss_scene::scenario::{Diagnostic, ObstacleType, Severity};
 
-use super::columns::{Columns, Convention, FOOT, Role};
+use super::columns::{Columns, Convention, FOOT, QUATERNION, Role};
 use super::gather::{MODE, Rows};
 use super::guess::{self, HeadingForm, Pair, SpeedUnit};
 use super::states::signed;
@@ -192,7 +192,13 @@ impl Recorded {
 }
 
 impl<'a> Work<'a> {
-    fn new(rows: Rows, columns: &'a Columns, said: Said, report: Report) -> Self {
+    fn new(mut rows: Rows, columns: &'a Columns, said: Said, report: Report) -> Self {
+        let parts = QUATERNION.map(|role| rows.numbers.remove(&role));
+        if let [Some(w), Some(x), Some(y), Some(z)] = parts {
+            let yaw = |row: usize| assembly::yaw([w[row], x[row], y[row], z[row]]);
+            let headings = (0..w.len()).map(yaw).collect();
+            rows.numbers.insert(Role::Heading, headings);
+        }
         let count = rows.tracks.len();
         let mut sizes = vec![(0.0, 0.0); count];
         let of = |role: Role| rows.numbers.get(&role);
@@ -231,11 +237,11 @@ impl<'a> Work<'a> {
     }
 
     pub(super) fn factor(&self, role: Role) -> Option<f64> {
-        self.columns.of.get(&role)?.factor
+        self.columns.source(role)?.factor
     }
 
     pub(super) fn column(&self, role: Role) -> &str {
-        self.columns.of.get(&role).map_or("", |s| s.column.as_str())
+        self.columns.source(role).map_or("", |s| s.column.as_str())
     }
 
     pub(super) fn numbers(&self, role: Role) -> Option<&Vec<f64>> {
@@ -250,6 +256,9 @@ impl<'a> Work<'a> {
                 "{count} rows lack an id, a time or a place, this one first; left out"
             ));
         }
+        self.report.note_count(self.rows.headers, |n| {
+            format!("header lines between rows: {n}; skipped")
+        });
         self.report.note_count(self.rows.commas, |n| {
             format!("numbers with a decimal comma: {n}; read as with a point")
         });

@@ -353,3 +353,148 @@ fn a_map_in_degrees_and_metres_lies_under_tracks_in_degrees() {
         notes(&found)
     );
 }
+
+#[test]
+fn names_of_other_programs_are_known() {
+    let none = TableOptions::default();
+    // Quaternions and stamps of ROS.
+    let quaternion = |t: f64, name: &str, [x, y, h, v]: [f64; 4]| {
+        let tenths = (t * 10.0).round();
+        let (secs, nsecs) = (
+            1_714_557_600.0 + (tenths / 10.0).floor(),
+            tenths % 10.0 * 1e8,
+        );
+        let (z, w) = ((h / 2.0).sin(), (h / 2.0).cos());
+        format!("{secs},{nsecs},{name},{x:.4},{y:.4},0,0,{z:.7},{w:.7},{v:.3}")
+    };
+    let header = "header.stamp.secs,header.stamp.nsecs,id,pose.pose.position.x,pose.pose.position.y,\
+                  pose.pose.orientation.x,pose.pose.orientation.y,pose.pose.orientation.z,pose.pose.orientation.w,v";
+    let ros = lines(header, &[("1", &circle), ("2", &stops)], 40, quaternion);
+    let found = read(ros.as_bytes(), &none).unwrap();
+    assert!((found.dt() - 0.1).abs() < 1e-9, "{}", found.dt());
+    follows(&found, 1, circle, [1e-3, 1e-3, 0.01]);
+    assert!(!notes(&found).contains("headings"), "{}", notes(&found));
+    // Without one of the four there is no heading; the user may drop it, too.
+    let three = ros.replace("orientation.w", "other");
+    for (text, columns) in [(&three, ""), (&ros, "heading=none")] {
+        let found = read(text.as_bytes(), &with(columns, None)).unwrap();
+        assert!(
+            notes(&found).contains("headings from the motion"),
+            "{columns}"
+        );
+    }
+    // CARLA and esmini tell the ego by name.
+    let carla = lines(
+        "timestamp,frame,actor_id,type_id,role_name,location.x,location.y,rotation.yaw,size.length,size.width",
+        &[("7", &circle), ("8", &stops)],
+        20,
+        |t, name, [x, y, h, _]| {
+            let role = if name == "7" { "hero" } else { "autopilot" };
+            format!(
+                "{t:.1},{},{name},vehicle.bus.x,{role},{x},{y},{},9,2.5",
+                t * 20.0,
+                h.to_degrees()
+            )
+        },
+    );
+    let found = read(carla.as_bytes(), &none).unwrap();
+    let ego = found.recorded_ego.as_ref().unwrap();
+    assert_eq!((ego.obstacle.id, ego.obstacle.kind.name()), (7, "bus"));
+    assert!((size_of(&ego.obstacle).0 - 9.0).abs() < 1e-9);
+    let dat = lines(
+        "time, id, name, x, y, z, h, p, r, speed",
+        &[("1", &circle), ("2", &stops)],
+        20,
+        |t, name, [x, y, h, v]| {
+            format!(
+                "{t:.3}, {name}, {}, {x:.6}, {y:.6}, 0, {h:.6}, 0, 0, {v:.6}",
+                if name == "2" { "Ego" } else { "veh" }
+            )
+        },
+    );
+    let found = read(dat.as_bytes(), &none).unwrap();
+    assert_eq!(found.recorded_ego.as_ref().unwrap().obstacle.id, 2);
+    follows(&found, 1, circle, CLOSE);
+    // A height is no heading.
+    let heights = Columns::by_name(&["x", "y", "l", "w", "h"].map(String::from));
+    assert!(!heights.of.contains_key(&Role::Heading));
+}
+
+#[test]
+fn files_that_were_put_together_are_one_table() {
+    let none = TableOptions::default();
+    let one = |name: &str| lines(PLAIN, &[(name, &circle)], 20, plain);
+    let text = format!("{}{}{}", one("1"), one("2"), one("3"));
+    let found = read(text.as_bytes(), &none).unwrap();
+    assert_eq!(found.obstacles.len(), 3);
+    assert!(
+        notes(&found).contains("header lines between rows: 2; skipped"),
+        "{}",
+        notes(&found)
+    );
+    // NumPy's ids, and a header that is a comment.
+    let numpy = lines(
+        "# time id x y",
+        &[("1", &circle), ("30600", &stops)],
+        20,
+        |t, name, [x, y, ..]| {
+            let name: f64 = name.parse().unwrap();
+            let e = |v: f64| {
+                let digits = format!("{v:.18e}");
+                digits.replace('e', "e+").replace("e+-", "e-")
+            };
+            format!("{} {} {} {}", e(t), e(name), e(x), e(y))
+        },
+    );
+    let found = read(numpy.as_bytes(), &none).unwrap();
+    assert!(found.obstacle(30600).is_some(), "{}", notes(&found));
+    // An array, as pandas writes it.
+    let rows: Vec<String> = (0..20)
+        .map(|i| {
+            format!(
+                "{{\"time\":{:.1},\"id\":1,\"x\":{i}.0,\"y\":0.0}}",
+                f64::from(i) * 0.1
+            )
+        })
+        .collect();
+    let found = read(format!("[{}]", rows.join(",")).as_bytes(), &none).unwrap();
+    assert_eq!(found.obstacle(1).unwrap().track().steps().count(), 20);
+}
+
+#[test]
+fn a_table_that_lacks_columns_says_which() {
+    let refused = |text: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, text).unwrap();
+        crate::dispatch::open(&path).unwrap_err().to_string()
+    };
+    let many: Vec<String> = (0..28).map(|i| format!("c{i}")).collect();
+    let said = refused(&format!("x,y,{}\n1,2\n", many.join(",")));
+    for words in [
+        "`c27`",
+        "found: x = x, y = y; missing: time or frame, id",
+        "--columns time=COLUMN,id=COLUMN",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let said = refused("time,x,y,heading\n0,1,2,3\n");
+    assert!(
+        said.contains("missing: id;") && said.contains("join them"),
+        "{said}"
+    );
+    assert!(
+        refused("{\"time\":{\"0\":1,\"1\":2},\"x\":{\"0\":1}}")
+            .contains("orient='records', lines=True")
+    );
+    assert!(refused("").contains("the file is empty"), "{}", refused(""));
+    let utf16: Vec<u8> = "\u{feff}time,id,x,y\n"
+        .encode_utf16()
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.csv");
+    std::fs::write(&path, utf16).unwrap();
+    let said = crate::dispatch::open(&path).unwrap_err().to_string();
+    assert!(said.contains("UTF-16; save it as UTF-8"), "{said}");
+}
