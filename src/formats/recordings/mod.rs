@@ -39,7 +39,7 @@ pub(super) use sumo::Sumo;
 pub use tracks::{
     Columns, ColumnsError, Forecast, NamedTable, TableOptions, read_forecasts, read_tables_with,
 };
-pub(super) use tracks::{Tables, lacking as lacking_columns};
+pub(super) use tracks::{Tables, id_of as id_of_track, lacking as lacking_columns};
 pub(super) use waymo::Waymo;
 pub(super) use windows::WindowList;
 pub use windows::{LongRecording, RankedMoment};

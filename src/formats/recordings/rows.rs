@@ -45,7 +45,8 @@ impl Steps {
     /// They are fewer than two, or do not lie on steps of the same length.
     pub fn from_times(times: &[f64]) -> Result<Self, String> {
         let [start, .., last] = times[..] else {
-            return Err(format!("{} time steps; at least 2 are needed", times.len()));
+            let count = if times.is_empty() { "no" } else { "only one" };
+            return Err(format!("{count} time step; at least 2 are needed"));
         };
         let between = times.windows(2).map(|pair| pair[1] - pair[0]);
         let between: Vec<f64> = between.collect();

@@ -183,15 +183,15 @@ pub(super) fn unit(quantity: Quantity, written: &str) -> Option<f64> {
 )]
 #[strum(serialize_all = "kebab-case")]
 pub enum Convention {
-    /// Of `y`: it grows downwards, as in pictures.
+    /// Of `y` and the velocity along it: it grows downwards, as in pictures.
     Down,
     /// Of `heading`: clockwise from north.
     North,
     /// Of `x`: the place is the middle of the front.
     Front,
-    /// Of `x`: the place is the middle of the rear axle.
+    /// Of `x`: the place is the middle of the rear axle, 0.28 of the length behind that of the body.
     RearAxle,
-    /// Of `x`: the place is the upper left corner of a box along the axes.
+    /// Of `x`: the place is the upper left corner (least x, greatest y) of a box that is not turned, as in highD.
     Corner,
 }
 

@@ -14,7 +14,7 @@ use super::columns::Role;
 use super::gather::{Rows, Slice, plain_number};
 use super::table::{Decided, Recorded, Said};
 use super::text::{self, BadCell};
-use super::{Leftovers, Plan, Table, Written, hashed};
+use super::{Leftovers, Plan, Table, Written, hashed, numbers};
 use crate::commonroad::ReadError;
 use crate::dispatch::{Address, Parts, Stretches};
 use crate::recordings::Report;
@@ -48,6 +48,8 @@ pub struct Outline {
     pieces: Vec<Piece>,
     /// Names of scenarios; none where the table has no column of them.
     scenarios: Vec<String>,
+    /// Ids of tracks by their names, where the table has one scenario.
+    ids: HashMap<String, i64>,
     rows: u64,
     /// Rows of a stretch, about.
     at_once: f64,
@@ -118,6 +120,7 @@ impl Outline {
         let mut outline = Self {
             pieces: Vec::new(),
             scenarios: Vec::new(),
+            ids: HashMap::new(),
             rows: 0,
             at_once,
             hashed: hashed(&[path], &report)?,
@@ -141,12 +144,18 @@ impl Outline {
     fn find_pieces(&mut self, report: &Report) -> Result<(), ReadError> {
         let clock = self.plan.columns.clock(self.plan.rate);
         let (roles, wanted) = self.plan.wanted();
-        let looked_at = [clock, Role::Nanoseconds, Role::Scenario];
+        let has_scenarios = self.plan.columns.of.contains_key(&Role::Scenario);
+        let named = if has_scenarios {
+            Role::Scenario
+        } else {
+            Role::Id
+        };
+        let looked_at = [clock, Role::Nanoseconds, named];
         let some = roles.into_iter().zip(wanted);
         let (roles, wanted): (Vec<Role>, Vec<Wanted>) =
             some.filter(|(role, _)| looked_at.contains(role)).unzip();
         let place = |wanted: Role| roles.iter().position(|role| *role == wanted);
-        let (times, scenarios) = (place(clock), place(Role::Scenario));
+        let (times, named) = (place(clock), place(named));
         let (mut pieces, mut names) = (Vec::new(), Names::default());
         let mut add = |place, mut batch: Batch| {
             batch.join_times(&roles);
@@ -154,10 +163,11 @@ impl Outline {
                 return;
             };
             let some = || times.iter().copied().filter(|time| time.is_finite());
-            let scenarios = match scenarios.map(|place| &batch.values[place]) {
+            let named = match named.map(|place| &batch.values[place]) {
                 Some(Values::Texts(_, texts)) => names.places(&texts.texts),
                 _ => Vec::new(),
             };
+            let scenarios = if has_scenarios { named } else { Vec::new() };
             pieces.push(Piece {
                 place,
                 rows: batch.lines.len() as u64,
@@ -204,7 +214,12 @@ impl Outline {
         });
         self.rows = pieces.iter().map(|piece| piece.rows).sum();
         self.pieces = pieces;
-        self.scenarios = names.all;
+        if has_scenarios {
+            self.scenarios = names.all;
+        } else {
+            let ids = numbers(names.all.iter().map(|name| ("", &**name)));
+            self.ids = names.all.into_iter().zip(ids).collect();
+        }
         Ok(())
     }
 
@@ -314,12 +329,22 @@ impl Outline {
         let mut recorded = self.recorded(times, scenario, report)?;
         let notes = self.notes.iter().cloned();
         recorded.diagnostics.splice(0..0, notes);
-        Ok(self.plan.table(
-            recorded,
-            &self.path,
-            self.hashed.clone(),
-            Leftovers::default(),
-        ))
+        let leftovers = Leftovers::default();
+        let mut table = self
+            .plan
+            .table(recorded, &self.path, self.hashed.clone(), leftovers);
+        // A road user has the same id in every stretch.
+        for (place, track) in table.recorded.tracks.iter().enumerate() {
+            if let Some(id) = self.ids.get(&track.name) {
+                table.ids.insert(place, *id);
+            }
+        }
+        Ok(table)
+    }
+
+    /// The id of the road user that is called so.
+    pub fn id_of(&self, name: &str) -> Option<i64> {
+        self.ids.get(name).copied()
     }
 
     /// A time in seconds in the table's unit.
@@ -428,9 +453,13 @@ mod tests {
                     String::new()
                 };
                 let time = 5_000 + time;
+                let name = match car {
+                    0 | 1 if uneven > 0 => ["x1", "y1"][usize::from(car == 1)].to_string(),
+                    _ => car.to_string(),
+                };
                 rows.push((
                     step,
-                    format!("{time},{car},{x:.4},{y:.4},{heading},8.0,4.5,1.8"),
+                    format!("{time},{name},{x:.4},{y:.4},{heading},8.0,4.5,1.8"),
                 ));
             }
         }

@@ -35,8 +35,8 @@ use nearmiss_scene::scenario::{HashedBeginning, Scenario};
 use super::assembly::{self, Ids};
 use super::openscenario::EGOS;
 use super::{Leftovers, Report, esmini};
-use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
+use crate::commonroad::{ReadError, beginning_of_file};
 use crate::dispatch::{Address, Format, HEAD, Parts};
 use known::Known;
 use large::Outline;
@@ -469,7 +469,12 @@ impl Table {
         let mut leftovers = Leftovers::default();
         let used: Vec<&String> = plan.columns.of.values().map(|s| &s.column).collect();
         for name in plan.names.iter().filter(|name| !used.contains(name)) {
-            leftovers.add_times(&format!("column {name}"), rows.count(), || 1);
+            let column = if name.is_empty() {
+                "column without a name".into()
+            } else {
+                format!("column {name}")
+            };
+            leftovers.add_times(&column, rows.count(), || 1);
         }
         let recorded = Recorded::new(rows, &plan.columns, plan.said(), report.file())?;
         let hashed = hashed(files, report)?;
@@ -501,8 +506,9 @@ impl Table {
         hashed: HashedBeginning,
         leftovers: Leftovers,
     ) -> Self {
+        let names = recorded.tracks.iter().map(|t| (&*t.scenario, &*t.name));
         Self {
-            ids: numbers(&recorded.tracks),
+            ids: numbers(names).into_iter().enumerate().collect(),
             recorded,
             about,
             map,
@@ -626,26 +632,66 @@ fn hashed(files: &[&Path], report: &Report) -> Result<HashedBeginning, ReadError
     HashedBeginning::read(&mut all).map_err(io)
 }
 
-/// Ids of tracks in a scenario: their names where these are numbers.
-fn numbers(tracks: &[Track]) -> HashMap<usize, i64> {
-    let number = |track: &Track| track.name.parse::<i64>().ok().filter(|id| *id > 0);
-    let mut of_scenario: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (place, track) in tracks.iter().enumerate() {
-        of_scenario.entry(&track.scenario).or_default().push(place);
+/// Ids of tracks, of which these are the scenarios and names: the names where they are numbers, or the numbers at their
+/// ends where no other track of the scenario has the same.
+fn numbers<'t>(tracks: impl Iterator<Item = (&'t str, &'t str)>) -> Vec<i64> {
+    let positive = |text: &str| text.parse::<i64>().ok().filter(|id| *id > 0);
+    let mut of_scenario: BTreeMap<&str, Vec<(usize, &str)>> = BTreeMap::new();
+    for (place, (scenario, name)) in tracks.enumerate() {
+        of_scenario.entry(scenario).or_default().push((place, name));
     }
-    let mut found = HashMap::new();
-    for places in of_scenario.into_values() {
-        let named = places.iter().filter_map(|place| number(&tracks[*place]));
-        let mut ids = Ids::beyond(named.clone());
-        named.for_each(|id| {
+    let mut found = vec![0; of_scenario.values().map(Vec::len).sum()];
+    for tracks in of_scenario.into_values() {
+        let number = |name: &str| {
+            let end = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+            // Longer ones are no numbers of road users.
+            let is_short = name.len() - end <= LONGEST_NUMBER;
+            positive(name).or_else(|| positive(&name[end..]).filter(|_| is_short))
+        };
+        let mut counts: HashMap<i64, usize> = HashMap::new();
+        for number in tracks.iter().filter_map(|(_, name)| number(name)) {
+            *counts.entry(number).or_default() += 1;
+        }
+        let own = |name: &str| {
+            let number = number(name)?;
+            (positive(name).is_some() || counts[&number] == 1).then_some(number)
+        };
+        let known = tracks.iter().filter_map(|(_, name)| own(name));
+        let mut ids = Ids::beyond(known.clone());
+        known.for_each(|id| {
             ids.take(id);
         });
-        for place in places {
-            let id = number(&tracks[place]).unwrap_or_else(|| ids.fresh());
-            found.insert(place, id);
+        for (place, name) in &tracks {
+            found[*place] = own(name).unwrap_or_else(|| ids.fresh());
         }
     }
     found
+}
+
+/// So many digits are a number at the end of a name.
+const LONGEST_NUMBER: usize = 9;
+
+/// The id of the road user that a table calls so.
+pub fn id_of(path: &Path, name: &str) -> Option<i64> {
+    let address = Address::from_path(path);
+    let head = beginning_of_file(&address.file, HEAD).ok()?;
+    if !Tables.recognises(&address.file, &head) {
+        return None;
+    }
+    if let Some(outline) = outline(&address.file).ok()? {
+        return outline.id_of(name);
+    }
+    let table = read(&address.file).ok()?;
+    let is_meant = |track: &&Track| {
+        let part = address.part.as_ref();
+        track.name == name && (track.scenario.is_empty() || part == Some(&track.scenario))
+    };
+    let place = table
+        .recorded
+        .tracks
+        .iter()
+        .position(|track| is_meant(&track))?;
+    table.ids.get(&place).copied()
 }
 
 impl Format for Tables {

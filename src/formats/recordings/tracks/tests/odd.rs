@@ -487,6 +487,10 @@ fn a_table_that_lacks_columns_says_which() {
         refused("{\"time\":{\"0\":1,\"1\":2},\"x\":{\"0\":1}}")
             .contains("orient='records', lines=True")
     );
+    assert!(
+        refused("PK\u{3}\u{4}..[Content_Types].xml")
+            .contains("Excel workbook; save it as CSV UTF-8")
+    );
     assert!(refused("").contains("the file is empty"), "{}", refused(""));
     let utf16: Vec<u8> = "\u{feff}time,id,x,y\n"
         .encode_utf16()
@@ -497,4 +501,48 @@ fn a_table_that_lacks_columns_says_which() {
     std::fs::write(&path, utf16).unwrap();
     let said = crate::dispatch::open(&path).unwrap_err().to_string();
     assert!(said.contains("UTF-16; save it as UTF-8"), "{said}");
+}
+
+#[test]
+fn road_users_keep_the_numbers_of_their_names_and_the_ego_its_class() {
+    let ids = |names: &[&str]| numbers(names.iter().map(|name| ("", *name)));
+    assert_eq!(ids(&["veh_358", "veh_7", "ego"]), [358, 7, 359]);
+    // Of two with the same number neither is meant.
+    assert_eq!(ids(&["car_1", "truck_1", "2", "bus_2"]), [3, 4, 2, 5]);
+    assert_eq!(ids(&["a1700000000000000001", "b"]), [1, 2]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.csv");
+    let text = lines(
+        "time,id,x,y,heading,speed,class",
+        &[("veh_358", &circle), ("ego", &stops)],
+        30,
+        |t, name, at| {
+            format!(
+                "{},{}",
+                plain(t, name, at),
+                if name == "ego" { "truck" } else { "bus" }
+            )
+        },
+    );
+    std::fs::write(&path, text).unwrap();
+    let entry = crate::Entry::of_argument(&path);
+    let scenario = entry.read().unwrap();
+    let named = |name: &str| crate::EgoSelection::File {
+        path: name.into(),
+        planning_problem: None,
+    };
+    let ego = named("veh_358")
+        .resolve(&entry, &scenario)
+        .unwrap()
+        .unwrap();
+    assert_eq!(ego.id, 358);
+    assert!(named("veh_359").resolve(&entry, &scenario).is_err());
+    let own = entry.recorded_ego(&scenario).unwrap().unwrap();
+    let shape = crate::TableShape::Tracks(nearmiss_record::Format::Csv);
+    let written = crate::write_tables(shape, &scenario, Some(&own)).unwrap();
+    let text = String::from_utf8(written.files[0].1.clone()).unwrap();
+    assert!(
+        text.contains("truck,true") && text.contains("bus,false"),
+        "{text}"
+    );
 }
