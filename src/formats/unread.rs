@@ -265,12 +265,9 @@ fn parquet(columns: &[String]) -> Kind {
             instead,
         );
     }
-    let (columns, instead) = lacking_columns(columns);
-    Kind::new(
-        FileKind::Data,
-        format!("a Parquet table with {columns}"),
-        instead,
-    )
+    let lacking = lacking_columns(columns);
+    let what = format!("a Parquet table with {}", lacking.columns);
+    Kind::new(FileKind::Data, what, lacking.instead)
 }
 
 /// What a text other than XML is.
@@ -388,7 +385,16 @@ fn table(text: &str) -> Option<Kind> {
     }
     let is_table = lower.len() > 2 && !text.contains('<');
     is_table.then(|| {
-        let (columns, instead) = lacking_columns(&columns);
-        Kind::new(FileKind::Other, format!("a table with {columns}"), instead)
+        let lacking = lacking_columns(&columns);
+        let found = if lacking.is_near {
+            FileKind::Data
+        } else {
+            FileKind::Other
+        };
+        Kind::new(
+            found,
+            format!("a table with {}", lacking.columns),
+            lacking.instead,
+        )
     })
 }

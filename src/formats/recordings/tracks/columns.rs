@@ -416,19 +416,14 @@ impl Columns {
         } else {
             format!("found: {self}; ")
         };
-        let roles = missing
-            .iter()
-            .map(|what| what.split(' ').next().unwrap_or_default());
-        let said: Vec<String> = roles.map(|role| format!("{role}=COLUMN")).collect();
         let one = if missing == ["id"] {
             "; if each road user has a file of its own, give each a column id and join them"
         } else {
             ""
         };
         Some(format!(
-            "{found}missing: {}; if it has tracks, say which column is what: --columns {}{one}",
-            missing.join(", "),
-            said.join(",")
+            "{found}missing: {}; if it has tracks, say which column is what: --columns time=COLUMN,id=COLUMN,x=COLUMN,y=COLUMN{one}",
+            missing.join(", ")
         ))
     }
 

@@ -356,14 +356,25 @@ fn shown(columns: &[String]) -> String {
     format!("the columns {}{more}", names.join(", "))
 }
 
-/// What a table with these columns is that lacks some for tracks, and what to do.
-pub fn lacking(columns: &[String]) -> (String, String) {
+/// A table that lacks columns for tracks.
+pub struct Lacking {
+    /// Its columns in words.
+    pub columns: String,
+    /// What is found and missing, and what to do.
+    pub instead: String,
+    /// Whether it has all but one.
+    pub is_near: bool,
+}
+
+/// What a table with these columns lacks for tracks.
+pub fn lacking(columns: &[String]) -> Lacking {
     let found = Columns::by_name(columns).only(Role::is_of_recordings);
     let instead = found.lacking().unwrap_or_default();
-    (
-        shown(columns),
-        format!("{instead} (`nearmiss help tracks`)"),
-    )
+    Lacking {
+        columns: shown(columns),
+        instead: format!("{instead} (`nearmiss help tracks`)"),
+        is_near: found.missing().len() == 1,
+    }
 }
 
 /// What is in a file, with all that is needed for its windows.

@@ -157,8 +157,8 @@ impl Work<'_> {
         for (i, heading) in headings.iter_mut().enumerate() {
             if is_known(&i) {
                 held = *heading;
-            } else if heading.is_finite() {
-                missing.held += usize::from(angle_between(held, *heading).abs() > OTHER_HEADING);
+            } else if angle_between(held, *heading).abs() > TURNED {
+                missing.held += 1;
                 *heading = held;
             }
         }
@@ -235,8 +235,8 @@ struct Missing {
 /// A usual step, seconds.
 const STEP: f64 = 0.1;
 
-/// Headings that differ by less are told as the same, radians.
-const OTHER_HEADING: f64 = 0.01;
+/// No body that stands turns by more, radians.
+const TURNED: f64 = 0.1;
 
 /// A heading in radians for places as they are now.
 pub(super) fn signed(form: HeadingForm, written: f64) -> f64 {

@@ -27,10 +27,13 @@ fn the_second_table_of_a_recording_may_lack_columns() {
     assert!(is_found(&vehicles) && !is_found(&pedestrians));
 }
 
+/// x, y, heading and speed at a time.
+type Drive = dyn Fn(f64) -> [f64; 4];
+
 /// Rows of tracks: each a name and, at ten moments a second, x, y, heading and speed, as a line of a table says them.
 fn lines(
     header: &str,
-    tracks: &[(&str, &dyn Fn(f64) -> [f64; 4])],
+    tracks: &[(&str, &Drive)],
     count: u32,
     row: impl Fn(f64, &str, [f64; 4]) -> String,
 ) -> String {
@@ -220,7 +223,7 @@ fn uneven_times_are_interpolated_and_lose_no_row() {
     for (jitter, tracks) in [(0.004, 1.0), (0.02, 1.0), (0.03, 0.0)] {
         let mut text = format!("{PLAIN}\n");
         for step in 0..100_u32 {
-            for (track, motion) in [(1, &circle as &dyn Fn(f64) -> [f64; 4]), (2, &stops)] {
+            for (track, motion) in [(1, &circle as &Drive), (2, &stops)] {
                 // One clock, or one each.
                 let seed = f64::from(step) * 37.7 + f64::from(track) * (1.0 - tracks) * 11.3;
                 let time = 5.0 + f64::from(step) * 0.1 + jitter * seed.sin();
