@@ -43,7 +43,7 @@ pub struct ScenarioArguments {
 /// Who is the ego.
 #[derive(Debug, Clone, Default, clap::Args, serde::Serialize)]
 pub struct EgoChoice {
-    /// The ego: id of an obstacle, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
+    /// The ego: id of an obstacle or its name in a table of tracks, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
     /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command. FILE#ID and
     /// planner#ID choose the planning problem, #ID in the recording beside the scenario [default: that recording, else
     /// `planner` where there is a planning problem, else the follower of the most dangerous pair].
@@ -294,7 +294,7 @@ pub fn advised(error: EgoError) -> Failure {
     let advice = match &error {
         EgoError::Several { .. } => ", as --ego FILE#ID",
         EgoError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
-            "; --ego takes the id of an obstacle, a file, or planner"
+            "; --ego takes the id of an obstacle or its name in a table, a file, or planner"
         }
         _ => "",
     };

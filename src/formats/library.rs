@@ -126,7 +126,7 @@ impl Entry {
     #[must_use]
     pub fn display(&self) -> String {
         match &self.place {
-            EntryLocation::File(path) => path.display().to_string(),
+            EntryLocation::File(path) => shown(path.display().to_string()),
             EntryLocation::Bundled(_) => format!("{} (bundled)", self.name),
         }
     }
@@ -139,11 +139,22 @@ impl Entry {
         if let EntryLocation::File(path) = &self.place {
             system::crash::reading(path);
         }
-        match &self.place {
+        let read = match &self.place {
             EntryLocation::File(path) => dispatch::open(path),
             EntryLocation::Bundled(i) => commonroad::read(BUNDLED[*i].1, &self.display()),
+        };
+        match read {
+            Ok(mut scenario) => {
+                if let Some(own) = &mut scenario.recorded_ego {
+                    own.file = shown(std::mem::take(&mut own.file));
+                }
+                Ok(Arc::new(scenario))
+            }
+            Err(error) => Err(ReadError {
+                file: shown(error.file.clone()),
+                ..error
+            }),
         }
-        .map(Arc::new)
     }
 
     /// The text of its file.
@@ -253,12 +264,21 @@ impl Entry {
     }
 }
 
+static KEPT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+
+/// A file in messages, which may be standard input.
+fn shown(file: String) -> String {
+    match KEPT.get() {
+        Some(Ok(kept)) => file.replace(&*kept.to_string_lossy(), "standard input"),
+        _ => file,
+    }
+}
+
 /// Standard input as a file, which can be opened twice; it is gone when the program ends.
 ///
 /// # Errors
 /// It is a terminal, empty, or cannot be kept: in words.
 fn standard_input() -> Result<PathBuf, String> {
-    static KEPT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     let keep = || {
         if std::io::stdin().is_terminal() {
             return Err("-: standard input is a terminal; pipe a file into it".to_string());

@@ -8,7 +8,7 @@ use super::commonroad::{self, ReadError};
 use super::dispatch::{Address, Format, Parts};
 use super::recordings;
 use crate::commonroad::root_name_of;
-use crate::recordings::{columns_of, is_esmini_log, missing_columns};
+use crate::recordings::{columns_of, is_esmini_log, lacking_columns, missing_columns};
 
 /// Files that are not read.
 pub(super) struct Unread;
@@ -202,9 +202,6 @@ fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
     None
 }
 
-/// How a table comes in whose columns are called otherwise.
-const OWN_TRACKS: &str = "if it has tracks, say which column is what: --columns time=COLUMN,id=COLUMN,x=COLUMN,y=COLUMN (`nearmiss help tracks`)";
-
 /// What XML is, if its root is known to be no scenario.
 fn xml(file: &str, text: &str) -> Option<Kind> {
     let lower = text.to_lowercase();
@@ -268,8 +265,9 @@ fn parquet(columns: &[String]) -> Kind {
             instead,
         );
     }
-    let what = format!("a Parquet table with {}", in_words(columns));
-    Kind::new(FileKind::Data, what, OWN_TRACKS)
+    let lacking = lacking_columns(columns);
+    let what = format!("a Parquet table with {}", lacking.columns);
+    Kind::new(FileKind::Data, what, lacking.instead)
 }
 
 /// What a text other than XML is.
@@ -326,7 +324,10 @@ fn json(text: &str) -> Kind {
     if has("nbformat") {
         return Kind::other("a notebook of Jupyter");
     }
-    Kind::other("JSON")
+    let instead = format!(
+        "tables of tracks are read with an object a row, in lines or in an array: `to_json(path, orient='records', lines=True)` of pandas; {FORMATS}"
+    );
+    Kind::new(FileKind::Other, "JSON", instead)
 }
 
 /// What a table is; nothing for a text that has no columns, and for trajectories of egos.
@@ -384,22 +385,16 @@ fn table(text: &str) -> Option<Kind> {
     }
     let is_table = lower.len() > 2 && !text.contains('<');
     is_table.then(|| {
-        let what = format!("a table with {}", in_words(&columns));
-        Kind::new(FileKind::Other, what, OWN_TRACKS)
+        let lacking = lacking_columns(&columns);
+        let found = if lacking.is_near {
+            FileKind::Data
+        } else {
+            FileKind::Other
+        };
+        Kind::new(
+            found,
+            format!("a table with {}", lacking.columns),
+            lacking.instead,
+        )
     })
-}
-
-/// So many columns are named.
-const MAX_LISTED: usize = 6;
-
-fn in_words(columns: &[String]) -> String {
-    let names = columns.iter().take(MAX_LISTED);
-    let names: Vec<String> = names
-        .map(|name| format!("`{}`", name.chars().take(40).collect::<String>()))
-        .collect();
-    let more = match columns.len() - names.len() {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    format!("the columns {}{more}", names.join(", "))
 }

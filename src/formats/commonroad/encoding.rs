@@ -27,6 +27,7 @@ pub(crate) fn without_marks(mut bytes: &[u8]) -> &[u8] {
 pub(crate) fn foreign(bytes: &[u8]) -> Option<&'static str> {
     Some(match bytes {
         [0x1f, 0x8b, ..] => "compressed with gzip; unpack it first",
+        [b'P', b'K', 3, 4, ..] if is_workbook(bytes) => "an Excel workbook; save it as CSV UTF-8",
         [b'P', b'K', 3, 4, ..] => "a ZIP archive; unpack it first",
         [b'B', b'Z', b'h', b'1'..=b'9', ..] => "compressed with bzip2; unpack it first",
         [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => "compressed with xz; unpack it first",
@@ -35,6 +36,13 @@ pub(crate) fn foreign(bytes: &[u8]) -> Option<&'static str> {
         _ if utf16(bytes).is_some() => "UTF-16; save it as UTF-8",
         _ => return None,
     })
+}
+
+/// Whether an archive is one of Excel, by the files in it.
+fn is_workbook(bytes: &[u8]) -> bool {
+    let begin = &bytes[..bytes.len().min(4096)];
+    let has = |name: &[u8]| begin.windows(name.len()).any(|part| part == name);
+    has(b"[Content_Types].xml") || has(b"xl/")
 }
 
 /// The same of an XML file, which may be UTF-16.
@@ -50,7 +58,7 @@ fn is_utf32(bytes: &[u8]) -> bool {
 }
 
 /// Which UTF-16 a text is, if it is that: it has a mark, or markup begins with it.
-fn utf16(bytes: &[u8]) -> Option<&'static Encoding> {
+pub(super) fn utf16(bytes: &[u8]) -> Option<&'static Encoding> {
     match bytes {
         [0xff, 0xfe, ..] | [b'<', 0, ..] => Some(UTF_16LE),
         [0xfe, 0xff, ..] | [0, b'<', ..] => Some(UTF_16BE),

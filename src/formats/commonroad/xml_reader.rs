@@ -13,7 +13,7 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 
 use super::builder::{ScenarioBuilder, Target, Targets, TimeScale, check_benchmark_id};
-use super::encoding::{BYTE_ORDER_MARK, beginning, foreign_to_xml};
+use super::encoding::{BYTE_ORDER_MARK, beginning, foreign_to_xml, utf16};
 use super::xml::{Element, SourceLocation, Xml, decoded, short};
 use super::{ReadError, before_2018b, conform, elements, obstacles, road};
 
@@ -23,6 +23,10 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     let Some(root) = xml.next()? else {
         let message = if looks_like_an_ego(bytes) {
             "not a scenario, but it looks like an ego trajectory or log; open its scenario with --ego and this file"
+        } else if bytes.is_empty() {
+            "the file is empty"
+        } else if utf16(bytes).is_some() {
+            "text in UTF-16; save it as UTF-8"
         } else {
             "no XML element; a scenario starts with <commonRoad …>"
         };

@@ -9,6 +9,8 @@ use nearmiss_scene::scenario::{ContentHash, Ego, EgoSource, Scenario, Scene, Veh
 
 use super::recording::usual_size;
 use super::{EgoError, read_ego_file};
+use crate::library::EntryLocation;
+use crate::recordings::id_of_track;
 use crate::{Entry, commonroad};
 
 pub(crate) const RECORDING: &str = "ego_trajectory.csv";
@@ -226,9 +228,20 @@ impl EgoSelection {
             Self::File {
                 path,
                 planning_problem,
-            } => read_ego_file(path, scenario, *planning_problem).map(Some),
+            } => match track_named(entry, path) {
+                Some(id) => Self::Obstacle(id).resolve(entry, scenario),
+                None => read_ego_file(path, scenario, *planning_problem).map(Some),
+            },
             Self::Planner(drives) => drives.resolve(&entry.display(), scenario).map(Some),
         }
+    }
+}
+
+/// The road user that a table calls so, where there is no such file.
+fn track_named(entry: &Entry, name: &Path) -> Option<i64> {
+    match &entry.place {
+        EntryLocation::File(path) if !name.exists() => id_of_track(path, name.to_str()?),
+        _ => None,
     }
 }
 

@@ -129,6 +129,8 @@ fn of_ego(ego: &Ego, is_free: bool, scenario: &Scenario, notes: &mut Notes) -> A
         nearmiss_scene::scenario::EgoSource::Obstacle(id) => scenario.obstacle(id),
         _ => None,
     };
+    let own = scenario.recorded_ego.as_ref().map(|own| &own.obstacle);
+    let own = own.filter(|own| own.id == ego.id);
     let mut motion = stretches(ego.track.iter());
     if is_free {
         motion.truncate(1);
@@ -144,7 +146,7 @@ fn of_ego(ego: &Ego, is_free: bool, scenario: &Scenario, notes: &mut Notes) -> A
     properties.extend(speeds(&motion, has_accelerations));
     Actor {
         name: "ego".into(),
-        kind: taken.map_or(ObstacleType::Car, |o| o.kind),
+        kind: taken.or(own).map_or(ObstacleType::Car, |o| o.kind),
         body,
         stretches: motion,
         stands: false,

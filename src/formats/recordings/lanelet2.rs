@@ -43,7 +43,9 @@ pub fn read(
 ) -> Result<Map, ReadError> {
     let osm = cached_map(path)?;
     osm.leftovers.report_to(report);
-    tell_of_places(report, &osm.nodes);
+    if matches!(placement, Placement::FromUtm(_)) {
+        tell_of_places(report, &osm.nodes);
+    }
     let points = in_metres(&osm.nodes, placement);
     Ok(map(report, &points, &osm.ways, &osm.relations, ids))
 }
@@ -52,17 +54,14 @@ pub fn read(
 pub fn is_in_metres(path: &Path) -> Result<bool, ReadError> {
     let osm = cached_map(path)?;
     let mut nodes = osm.nodes.values();
-    Ok(nodes.all(|place| matches!(place, Place::Metres(..))))
+    Ok(nodes.all(|place| place.metres.is_some()))
 }
 
 /// The origin in UTM of a map beside tracks that do not say one: 0 where they are in UTM, that of 0° north and 0° east
 /// for maps around there (INTERACTION's), else the map's south-west, so that its coordinates are small.
 pub fn origin(path: &Path, tracks: &[Point]) -> Result<(f64, f64), ReadError> {
     let osm = cached_map(path)?;
-    let degrees = osm.nodes.values().filter_map(|place| match place {
-        Place::Degrees(lat, lon) => Some((*lat, *lon)),
-        Place::Metres(..) => None,
-    });
+    let degrees = osm.nodes.values().filter_map(Place::degrees_alone);
     let Some((lat, lon)) = degrees.reduce(|a, b| (a.0.min(b.0), a.1.min(b.1))) else {
         return Ok((0.0, 0.0));
     };
@@ -82,10 +81,7 @@ pub fn origin(path: &Path, tracks: &[Point]) -> Result<(f64, f64), ReadError> {
 
 /// Warns where the places of nodes do not go together.
 fn tell_of_places(report: &Report, nodes: &HashMap<i64, Place>) {
-    let degrees = nodes
-        .values()
-        .filter(|place| matches!(place, Place::Degrees(..)))
-        .count();
+    let degrees = nodes.values().filter_map(Place::degrees_alone).count();
     let metres = nodes.len() - degrees;
     if degrees > 0 && metres > 0 {
         report.at("").warn(format!(
@@ -97,21 +93,19 @@ fn tell_of_places(report: &Report, nodes: &HashMap<i64, Place>) {
 /// Nodes in the recording's metres.
 fn in_metres(nodes: &HashMap<i64, Place>, placement: Placement) -> HashMap<i64, Point> {
     // One zone for all, so that a map at a zone's edge stays whole: that of its westernmost node.
-    let longitudes = nodes.values().filter_map(|place| match place {
-        Place::Degrees(_, lon) => Some(*lon),
-        Place::Metres(..) => None,
-    });
+    let longitudes = nodes.values().filter_map(Place::degrees_alone);
+    let longitudes = longitudes.map(|(_, lon)| lon);
     let zone = utm::zone(longitudes.fold(f64::MAX, f64::min).min(180.0));
     let metres = nodes.iter().filter_map(|(id, place)| {
-        let (x, y) = match *place {
-            Place::Metres(x, y) => (x, y),
-            Place::Degrees(lat, lon) => match placement {
-                Placement::On(plane) => plane.forward(lat, lon),
-                Placement::FromUtm(origin) => {
-                    let (east, north) = utm::forward(lat, lon, zone);
-                    (east - origin.0, north - origin.1)
-                }
-            },
+        let (x, y) = match (placement, place.metres, place.degrees) {
+            // Tracks in degrees are where the degrees are.
+            (Placement::On(plane), _, Some((lat, lon))) => plane.forward(lat, lon),
+            (_, Some(metres), _) => metres,
+            (Placement::FromUtm(origin), None, Some((lat, lon))) => {
+                let (east, north) = utm::forward(lat, lon, zone);
+                (east - origin.0, north - origin.1)
+            }
+            (_, None, None) => return None,
         };
         // A place far from all others is a mistake; borders without it are left out, which is said there.
         let fits = |value: f64| value.is_finite() && refused_coordinate(value).is_none();
@@ -295,10 +289,19 @@ fn limit(text: &str) -> Option<f64> {
 /// No map is larger, bytes.
 const LARGEST: u64 = 256 << 20;
 
-/// A node: its place, until the map's own coordinates are known.
-enum Place {
-    Metres(f64, f64),
-    Degrees(f64, f64),
+/// A node: its place, of which the map says one or both.
+struct Place {
+    /// Its own coordinates.
+    metres: Option<(f64, f64)>,
+    /// Latitude and longitude.
+    degrees: Option<(f64, f64)>,
+}
+
+impl Place {
+    /// Latitude and longitude where it has nothing else.
+    fn degrees_alone(&self) -> Option<(f64, f64)> {
+        self.degrees.filter(|_| self.metres.is_none())
+    }
 }
 
 /// A line through nodes.
@@ -422,18 +425,19 @@ fn node<'a>(
             _ => leftovers.attribute("node", child.name, || xml.line(child)),
         }
     }
-    let place = match (local, lat, lon) {
-        ((Some(x), Some(y)), ..) if x.abs() < 1e7 && y.abs() < 1e7 => Place::Metres(x, y),
-        (_, Some(lat), Some(lon)) if lat.abs() <= 90.0 && lon.abs() <= 360.0 => {
-            Place::Degrees(lat, lon)
-        }
-        _ => {
-            return Err(xml.fail_in(
-                element,
-                "a node without `lat` and `lon` on the Earth".into(),
-            ));
-        }
+    let (metres, degrees) = (local.0.zip(local.1), lat.zip(lon));
+    let place = Place {
+        metres: metres.filter(|(x, y)| x.abs() < 1e7 && y.abs() < 1e7),
+        // Editors of local maps write 0.
+        degrees: degrees.filter(|(lat, lon)| {
+            let is_none = metres.is_some() && (*lat, *lon) == (0.0, 0.0);
+            lat.abs() <= 90.0 && lon.abs() <= 360.0 && !is_none
+        }),
     };
+    if place.metres.is_none() && place.degrees.is_none() {
+        let message = "a node without `lat` and `lon` on the Earth";
+        return Err(xml.fail_in(element, message.into()));
+    }
     Ok((id, place))
 }
 

@@ -18,7 +18,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::assembly::{signed_speed, yaw};
-use super::tracks::table::{Recorded, Said};
+use super::tracks::table::{Recorded, Said, Trust};
 use super::tracks::{AboutTable, Batch, Columns, Dictionary, Role, Rows, Table, Values, cached};
 use super::{Leftovers, Report, has_extension};
 use crate::commonroad::ReadError;
@@ -301,13 +301,13 @@ impl Log {
         let batch = Batch {
             values,
             lines: vec![0; count],
-            commas: 0,
+            ..Batch::default()
         };
         let mut rows = Rows::default();
         rows.add(&roles, batch)
             .map_err(|bad| report.fail(bad.message))?;
         let said = Said {
-            is_known: true,
+            trust: Trust::All,
             ..Said::default()
         };
         let recorded = Recorded::new(rows, &columns, said, report.file())?;

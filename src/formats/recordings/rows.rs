@@ -45,7 +45,8 @@ impl Steps {
     /// They are fewer than two, or do not lie on steps of the same length.
     pub fn from_times(times: &[f64]) -> Result<Self, String> {
         let [start, .., last] = times[..] else {
-            return Err(format!("{} time steps; at least 2 are needed", times.len()));
+            let count = if times.is_empty() { "no" } else { "only one" };
+            return Err(format!("{count} time step; at least 2 are needed"));
         };
         let between = times.windows(2).map(|pair| pair[1] - pair[0]);
         let between: Vec<f64> = between.collect();
@@ -173,8 +174,13 @@ pub fn columns_of(head: &[u8]) -> (u8, Vec<String>) {
 
 /// The name of a column without what surrounds it.
 pub fn name(field: &str) -> String {
+    bare(field).to_string()
+}
+
+/// The same as a part of the field.
+pub fn bare(field: &str) -> &str {
     let plain = field.trim_start_matches('\u{feff}').trim();
-    plain.trim_matches('"').trim().to_string()
+    plain.trim_matches('"').trim()
 }
 
 /// A number. Where fields are separated by something else, it may have a decimal comma; whether it has one comes with it.

@@ -21,6 +21,9 @@ const AFTER: f64 = 3.0;
 /// Recordings up to this long are one scenario, seconds.
 pub const MAX_WHOLE_SECONDS: f64 = 30.0;
 
+/// No window begins later, seconds: of the year 5138, in Unix time.
+const LATEST: f64 = 1e11;
+
 /// Windows of a recording that are listed.
 const MAX_LISTED: usize = 50;
 
@@ -54,7 +57,7 @@ impl WindowRequest {
         // Names of tracks may have an `@`, times have none.
         let timed = rest.rsplit_once('@').and_then(|(track, time)| {
             let seconds: f64 = time.strip_suffix('s').unwrap_or(time).parse().ok()?;
-            (seconds.is_finite() && seconds.abs() < 1e7).then_some((track, Some(seconds)))
+            (seconds.is_finite() && seconds.abs() < LATEST).then_some((track, Some(seconds)))
         });
         let (track, start) = timed.unwrap_or((rest, None));
         if track.is_empty() {

@@ -269,15 +269,19 @@ fn velocities(
 }
 
 /// Forgets headings that a recorder could not know: those at steps that hardly moved, where they are nothing but the
-/// direction of the last displacement, which is 0 or noise at standstill. Measured headings are kept.
+/// direction of the last displacement, which is 0 or noise at standstill, and those of 0 at a velocity of 0, which is the
+/// direction of none. Measured headings are kept.
 pub fn forget_headings_at_standstill(samples: &mut [Sample]) {
     let follow = follow_displacements(samples);
     for i in (1..samples.len()).rev() {
         let moved = samples[i].position - samples[i - 1].position;
         let direction = moved.y.atan2(moved.x);
-        let says_nothing =
-            |heading: f64| follow || angle_between(direction, heading).abs() <= NO_DIRECTION;
-        if moved.norm() < STANDSTILL && samples[i].heading.is_some_and(says_nothing) {
+        let says_nothing = |heading: f64| {
+            let is_noise = follow || angle_between(direction, heading).abs() <= NO_DIRECTION;
+            moved.norm() < STANDSTILL && is_noise
+                || samples[i].velocity == Some(0.0) && heading.abs() <= NO_DIRECTION
+        };
+        if samples[i].heading.is_some_and(says_nothing) {
             samples[i].heading = None;
         }
     }

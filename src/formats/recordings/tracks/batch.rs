@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use super::columns::Role;
+
 /// A column that is wanted, and whether its values are texts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
@@ -20,6 +22,8 @@ pub struct Batch {
     pub lines: Vec<u32>,
     /// Numbers with a decimal comma.
     pub commas: usize,
+    /// Lines that are the header once more.
+    pub headers: usize,
 }
 
 /// Values of a column in a batch.
@@ -76,6 +80,21 @@ impl Batch {
         Self {
             values: values.collect(),
             ..Self::default()
+        }
+    }
+
+    /// Adds what of a second stands in a column of its own to the times; `roles` are those of the columns.
+    pub fn join_times(&mut self, roles: &[Role]) {
+        let place = |wanted: Role| roles.iter().position(|role| *role == wanted);
+        let (Some(times), Some(rest)) = (place(Role::Time), place(Role::Nanoseconds)) else {
+            return;
+        };
+        let pair = self.values.get_disjoint_mut([times, rest]);
+        if let Ok([Values::Numbers(times), Values::Numbers(rest)]) = pair {
+            times
+                .iter_mut()
+                .zip(rest)
+                .for_each(|(time, ns)| *time += *ns * 1e-9);
         }
     }
 

@@ -46,10 +46,11 @@ pub fn check(report: &Report, tracks: &[(String, Vec<Seen>)], dt: f64) {
         if let Some(pair) = longest {
             let seconds = (pair[1].step - pair[0].step) as f64 * dt;
             gaps.tell(pair[1].line, name, || {
-                format!(
-                    "{} gaps, the longest of {seconds:.2} s before this line; it is not there meanwhile",
-                    each.count()
-                )
+                let gaps = match each.count() {
+                    1 => "a gap".to_string(),
+                    count => format!("{count} gaps, the longest"),
+                };
+                format!("{gaps} of {seconds:.2} s before this line; it is not there meanwhile")
             });
         }
     }
@@ -204,7 +205,7 @@ mod tests {
             all[0].starts_with("12 track `b` jumps by 58.0 m"),
             "{all:?}"
         );
-        assert!(all[1].starts_with("4 track `a` 1 gaps, the longest of 0.40 s"));
+        assert!(all[1].starts_with("4 track `a` a gap of 0.40 s before"));
         assert!(all[2].starts_with("20 track `c` one row only"));
     }
 

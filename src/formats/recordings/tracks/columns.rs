@@ -24,6 +24,8 @@ use strum::IntoEnumIterator;
 pub enum Role {
     /// When, seconds.
     Time,
+    /// What of a second is to be added to it, ns.
+    Nanoseconds,
     /// Which picture of the recording, a whole number.
     Frame,
     /// The track's name.
@@ -38,6 +40,14 @@ pub enum Role {
     Longitude,
     /// Radians, counterclockwise from the x-axis.
     Heading,
+    /// A part of the quaternion that turns the x-axis to the heading.
+    QuaternionX,
+    /// The same.
+    QuaternionY,
+    /// The same.
+    QuaternionZ,
+    /// The same.
+    QuaternionW,
     /// m/s.
     Speed,
     /// m/s along the x-axis.
@@ -62,296 +72,25 @@ pub enum Role {
     Probability,
 }
 
-/// Names of columns, without case and punctuation; of several that are there the first one is taken.
-const SYNONYMS: [(Role, &[&str]); 19] = [
-    (
-        Role::Time,
-        &[
-            "time",
-            "t",
-            "timestamp",
-            "timestamps",
-            "ts",
-            "sec",
-            "seconds",
-            "simtime",
-            "globaltime",
-            "timesec",
-            "elapsed",
-        ],
-    ),
-    (
-        Role::Frame,
-        &[
-            "frame",
-            "frameid",
-            "framenumber",
-            "frameno",
-            "step",
-            "timestep",
-            "stepid",
-            "index",
-            "frameindex",
-            "framenum",
-            "tick",
-        ],
-    ),
-    (
-        Role::Id,
-        &[
-            "trackid",
-            "id",
-            "track",
-            "trackno",
-            "tracknumber",
-            "vehicleid",
-            "vehid",
-            "vehicle",
-            "objectid",
-            "object",
-            "objid",
-            "obstacleid",
-            "agentid",
-            "agent",
-            "actorid",
-            "actor",
-            "carid",
-            "participantid",
-            "tracktoken",
-            "uid",
-            "name",
-            "targetid",
-        ],
-    ),
-    (
-        Role::X,
-        &[
-            "x",
-            "xpos",
-            "posx",
-            "positionx",
-            "xposition",
-            "xcenter",
-            "centerx",
-            "xcentre",
-            "centrex",
-            "localx",
-            "globalx",
-            "utmx",
-            "xutm",
-            "easting",
-            "east",
-            "px",
-            "worldx",
-            "locationx",
-            "translationx",
-            "cx",
-            "position0",
-        ],
-    ),
-    (
-        Role::Y,
-        &[
-            "y",
-            "ypos",
-            "posy",
-            "positiony",
-            "yposition",
-            "ycenter",
-            "centery",
-            "ycentre",
-            "centrey",
-            "localy",
-            "globaly",
-            "utmy",
-            "yutm",
-            "northing",
-            "north",
-            "py",
-            "worldy",
-            "locationy",
-            "translationy",
-            "cy",
-            "position1",
-        ],
-    ),
-    (Role::Latitude, &["latitude", "lat"]),
-    (Role::Longitude, &["longitude", "lon", "lng", "long"]),
-    (
-        Role::Heading,
-        &[
-            "heading",
-            "yaw",
-            "psi",
-            "psirad",
-            "theta",
-            "orientation",
-            "headingangle",
-            "yawangle",
-            "angle",
-            "bearing",
-            "course",
-            "azimuth",
-            "hdg",
-            "rotationz",
-            "orientationz",
-            "rotationyaw",
-        ],
-    ),
-    (
-        Role::Speed,
-        &[
-            "speed",
-            "velocity",
-            "v",
-            "vel",
-            "vvel",
-            "currentspeed",
-            "absspeed",
-            "groundspeed",
-            "velocityabs",
-            "spd",
-        ],
-    ),
-    (
-        Role::VelocityX,
-        &[
-            "vx",
-            "velocityx",
-            "xvelocity",
-            "velx",
-            "xvel",
-            "speedx",
-            "xspeed",
-            "velocity0",
-            "xdot",
-        ],
-    ),
-    (
-        Role::VelocityY,
-        &[
-            "vy",
-            "velocityy",
-            "yvelocity",
-            "vely",
-            "yvel",
-            "speedy",
-            "yspeed",
-            "velocity1",
-            "ydot",
-        ],
-    ),
-    (
-        Role::Acceleration,
-        &[
-            "acceleration",
-            "acc",
-            "accel",
-            "vacc",
-            "a",
-            "lonacceleration",
-            "longitudinalacceleration",
-        ],
-    ),
-    (
-        Role::Length,
-        &[
-            "length",
-            "len",
-            "vlength",
-            "vehiclelength",
-            "objectlength",
-            "sizex",
-            "dimensionx",
-            "l",
-            "lengthx",
-            "boundingboxlength",
-        ],
-    ),
-    (
-        Role::Width,
-        &[
-            "width",
-            "vwidth",
-            "vehiclewidth",
-            "objectwidth",
-            "sizey",
-            "dimensiony",
-            "w",
-            "widthy",
-            "boundingboxwidth",
-        ],
-    ),
-    (
-        Role::Class,
-        &[
-            "class",
-            "type",
-            "agenttype",
-            "objecttype",
-            "vehicletype",
-            "vclass",
-            "category",
-            "kind",
-            "label",
-            "classification",
-            "objectclass",
-            "actortype",
-            "agentclass",
-            "roaduser",
-            "classid",
-        ],
-    ),
-    (
-        Role::Ego,
-        &[
-            "isego",
-            "ego",
-            "issdc",
-            "ishost",
-            "host",
-            "isav",
-            "egoflag",
-            "isegovehicle",
-        ],
-    ),
-    (
-        Role::Scenario,
-        &[
-            "scenario",
-            "scenarioid",
-            "scene",
-            "sceneid",
-            "caseid",
-            "case",
-            "sceneindex",
-            "segmentid",
-            "scenename",
-            "scenarioindex",
-            "scenetoken",
-        ],
-    ),
-    (Role::Mode, &["mode", "modeid", "modality", "hypothesis"]),
-    (
-        Role::Probability,
-        &["probability", "prob", "confidence", "likelihood", "p"],
-    ),
-];
-
 impl Role {
     /// Its name on the command line and in messages.
     pub fn name(self) -> &'static str {
         self.into()
     }
 
-    fn quantity(self) -> Quantity {
+    pub(super) fn quantity(self) -> Quantity {
         match self {
             Self::Time => Quantity::Time,
             Self::X | Self::Y | Self::Length | Self::Width => Quantity::Length,
             Self::Heading | Self::Latitude | Self::Longitude => Quantity::Angle,
             Self::Speed | Self::VelocityX | Self::VelocityY => Quantity::Speed,
             Self::Acceleration => Quantity::Acceleration,
-            Self::Frame
+            Self::Nanoseconds
+            | Self::Frame
+            | Self::QuaternionX
+            | Self::QuaternionY
+            | Self::QuaternionZ
+            | Self::QuaternionW
             | Self::Id
             | Self::Class
             | Self::Ego
@@ -373,18 +112,10 @@ impl Role {
     pub fn is_of_recordings(self) -> bool {
         !matches!(self, Self::Mode | Self::Probability)
     }
-
-    /// The role that a column's name says.
-    fn of_name(name: &str) -> Option<(Self, usize)> {
-        SYNONYMS.iter().find_map(|(role, names)| {
-            let rank = names.iter().position(|known| *known == name)?;
-            Some((*role, rank))
-        })
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Quantity {
+pub(super) enum Quantity {
     Time,
     Length,
     Angle,
@@ -438,7 +169,7 @@ const UNITS: [(&str, Quantity, f64); 37] = [
 pub const FOOT: f64 = 0.3048;
 
 /// What a unit of this quantity is worth, by how it is written.
-fn unit(quantity: Quantity, written: &str) -> Option<f64> {
+pub(super) fn unit(quantity: Quantity, written: &str) -> Option<f64> {
     let written = written.to_lowercase().replace('²', "2").replace("^2", "2");
     let found = UNITS
         .iter()
@@ -452,15 +183,15 @@ fn unit(quantity: Quantity, written: &str) -> Option<f64> {
 )]
 #[strum(serialize_all = "kebab-case")]
 pub enum Convention {
-    /// Of `y`: it grows downwards, as in pictures.
+    /// Of `y` and the velocity along it: it grows downwards, as in pictures.
     Down,
     /// Of `heading`: clockwise from north.
     North,
     /// Of `x`: the place is the middle of the front.
     Front,
-    /// Of `x`: the place is the middle of the rear axle.
+    /// Of `x`: the place is the middle of the rear axle, 0.28 of the length behind that of the body.
     RearAxle,
-    /// Of `x`: the place is the upper left corner of a box along the axes.
+    /// Of `x`: the place is the upper left corner (least x, greatest y) of a box that is not turned, as in highD.
     Corner,
 }
 
@@ -490,7 +221,20 @@ pub struct Columns {
     pub of: BTreeMap<Role, Source>,
     /// What is other than usual.
     pub conventions: Vec<Convention>,
+    /// Roles that no column is to have.
+    pub none: Vec<Role>,
 }
+
+/// The parts of a quaternion, in the order of [`crate::recordings::assembly::yaw`].
+pub const QUATERNION: [Role; 4] = [
+    Role::QuaternionW,
+    Role::QuaternionX,
+    Role::QuaternionY,
+    Role::QuaternionZ,
+];
+
+/// Instead of a column: there is none of a role.
+const NONE: &str = "none";
 
 /// Why words for columns cannot be understood.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -500,7 +244,7 @@ pub struct ColumnsError(String);
 impl FromStr for Columns {
     type Err = ColumnsError;
 
-    /// Reads `time=t[ms],id=track,x=px[ft],y=py[down]`.
+    /// Reads `time=t[ms],id=track,x=px[ft],y=py[down],heading=none`.
     fn from_str(words: &str) -> Result<Self, ColumnsError> {
         let fail = |message: String| Err(ColumnsError(message));
         let mut columns = Self::default();
@@ -511,8 +255,12 @@ impl FromStr for Columns {
                 ));
             };
             let Ok(role) = Role::from_str(role.trim()) else {
-                return fail(unknown("column", role.trim(), Role::iter().map(Role::name)));
+                return fail(unknown("role", role.trim(), Role::iter().map(Role::name)));
             };
+            if column.trim() == NONE {
+                columns.none.push(role);
+                continue;
+            }
             let (name, brackets) = match column.trim().split_once('[') {
                 Some((name, rest)) => {
                     (name.trim(), rest.trim_end_matches(']').split(' ').collect())
@@ -537,7 +285,7 @@ impl FromStr for Columns {
                 return fail(format!("`{}` is there twice", role.name()));
             }
         }
-        if columns.of.is_empty() {
+        if columns.of.is_empty() && columns.none.is_empty() {
             return fail("no column is named; write ROLE=COLUMN, such as time=t,id=track".into());
         }
         Ok(columns)
@@ -571,35 +319,41 @@ impl fmt::Display for Columns {
 }
 
 impl Columns {
-    /// What the names of a table's columns say.
-    pub fn by_name(names: &[String]) -> Self {
-        let mut found: BTreeMap<Role, (usize, Source)> = BTreeMap::new();
-        for name in names {
-            let Some((role, rank, factor)) = said(name) else {
-                continue;
-            };
-            let better = found.get(&role).is_none_or(|(known, _)| rank < *known);
-            if better {
-                let column = name.clone();
-                found.insert(role, (rank, Source { column, factor }));
-            }
-        }
-        let of = found.into_iter().map(|(role, (_, source))| (role, source));
-        Self {
-            of: of.collect(),
-            conventions: Vec::new(),
-        }
-    }
-
     /// These, and for roles that they do not name those of `others`.
     pub fn or(mut self, others: Self) -> Self {
         let used: Vec<String> = self.of.values().map(|s| s.column.clone()).collect();
         for (role, source) in others.of {
-            if !used.contains(&source.column) {
+            if !used.contains(&source.column) && !self.none.contains(&role) {
                 self.of.entry(role).or_insert(source);
             }
         }
+        self.settled()
+    }
+
+    /// Without parts of a time or a heading that are not whole or not needed.
+    pub(super) fn settled(mut self) -> Self {
+        if !self.of.contains_key(&Role::Time) {
+            self.of.remove(&Role::Nanoseconds);
+        }
+        let is_whole = QUATERNION.iter().all(|role| self.of.contains_key(role));
+        if !is_whole || self.of.contains_key(&Role::Heading) || self.none.contains(&Role::Heading) {
+            self.of.retain(|role, _| !QUATERNION.contains(role));
+        }
+        // These are of one unit only.
+        let is_split = self.of.contains_key(&Role::Nanoseconds);
+        for (role, source) in &mut self.of {
+            if QUATERNION.contains(role) || is_split && *role == Role::Time {
+                source.factor.get_or_insert(1.0);
+            }
+        }
         self
+    }
+
+    /// Where a role's values stand; those of headings may be quaternions.
+    pub fn source(&self, role: Role) -> Option<&Source> {
+        let instead = (role == Role::Heading).then_some(Role::QuaternionZ);
+        let own = self.of.get(&role);
+        own.or_else(|| self.of.get(&instead?))
     }
 
     /// Those of some roles.
@@ -618,6 +372,21 @@ impl Columns {
         }
     }
 
+    /// Whether these are places of columns and a row, the first of a table, is none of names: a number stands where x is.
+    pub fn are_places(&self, row: &[String]) -> bool {
+        let place = |source: &Source| -> Option<usize> {
+            let place: usize = source.column.parse().ok()?;
+            (1..=row.len()).contains(&place).then_some(place - 1)
+        };
+        let x = self
+            .of
+            .get(&Role::X)
+            .or_else(|| self.of.get(&Role::Longitude));
+        let x = x.and_then(place).map(|place| &row[place]);
+        x.is_some_and(|x| crate::recordings::rows::number(x, b';').is_some())
+            && self.of.values().all(|source| place(source).is_some())
+    }
+
     /// Whether these make tracks.
     pub fn is_enough(&self) -> bool {
         self.missing().is_empty()
@@ -626,14 +395,38 @@ impl Columns {
     /// What is missing for tracks, in words.
     pub fn missing(&self) -> Vec<&'static str> {
         let has = |role| self.of.contains_key(&role);
+        // Degrees are both, or metres are.
+        let degrees = has(Role::Longitude) && has(Role::Latitude);
         let needed = [
             (has(Role::Time) || has(Role::Frame), "time or frame"),
             (has(Role::Id), "id"),
-            (has(Role::X) || has(Role::Longitude), "x"),
-            (has(Role::Y) || has(Role::Latitude), "y"),
+            (has(Role::X) || degrees, "x"),
+            (has(Role::Y) || degrees, "y"),
         ];
         let missing = needed.into_iter().filter(|(there, _)| !there);
         missing.map(|(_, what)| what).collect()
+    }
+
+    /// What is found and missing for tracks, and what to do; nothing where all is there.
+    pub fn lacking(&self) -> Option<String> {
+        let missing = self.missing();
+        if missing.is_empty() {
+            return None;
+        }
+        let found = if self.of.is_empty() {
+            String::new()
+        } else {
+            format!("found: {self}; ")
+        };
+        let one = if missing == ["id"] {
+            "; if each road user has a file of its own, give each a column id and join them"
+        } else {
+            ""
+        };
+        Some(format!(
+            "{found}missing: {}; if it has tracks, say which column is what: --columns time=COLUMN,id=COLUMN,x=COLUMN,y=COLUMN{one}",
+            missing.join(", ")
+        ))
     }
 
     /// Whether a convention is said.
@@ -661,26 +454,6 @@ impl Columns {
         });
         (self, missing)
     }
-}
-
-/// The role that a column's name says, how usual that name is, and its unit.
-fn said(name: &str) -> Option<(Role, usize, Option<f64>)> {
-    let plain = |text: &str| -> String {
-        let letters = text.chars().filter(|c| c.is_alphanumeric());
-        letters.flat_map(char::to_lowercase).collect()
-    };
-    if let Some((role, rank)) = Role::of_name(&plain(name)) {
-        return Some((role, rank, None));
-    }
-    // A unit stands behind the name: `x [m]`, `x (m)`, `speed_kmh`, `time.ms`.
-    let brackets = name.split_once(['[', '(']);
-    let (base, written) = match brackets {
-        Some((base, rest)) => (base, rest.trim_end_matches([']', ')', ' '])),
-        None => name.rsplit_once(['_', '.', ' ', '-'])?,
-    };
-    let (role, rank) = Role::of_name(&plain(base))?;
-    let factor = unit(role.quantity(), written.trim())?;
-    Some((role, rank, Some(factor)))
 }
 
 #[cfg(test)]
@@ -725,7 +498,7 @@ mod tests {
             [Convention::Front, Convention::Down, Convention::North]
         );
         let error = |words: &str| words.parse::<Columns>().unwrap_err().to_string();
-        assert!(error("tiem=t").contains("`time`"), "{}", error("tiem=t"));
+        assert!(error("tiem=t").contains("unknown role") && error("tiem=t").contains("`time`"));
         assert!(error("t").contains("ROLE=COLUMN"));
         assert!(
             error("x=px[s]").contains("known are m,"),

@@ -56,8 +56,8 @@ pub fn read_forecasts(path: &Path) -> Result<(Vec<Forecast>, Vec<Diagnostic>), R
         return Err(report.fail(format!("a probability of {wrong}; expected 0 to 1")));
     }
     let said = Said {
-        // Times only say what comes after what: nobody has to say what counts them.
-        rate: plan.rate.or(Some(1.0)),
+        // Nobody has to say what counts them.
+        is_order: true,
         ..Said::default()
     };
     let recorded = Recorded::new(rows, &plan.columns, said, report.file())?;

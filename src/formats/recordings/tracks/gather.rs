@@ -21,6 +21,8 @@ pub struct Rows {
     pub(super) places: HashMap<(String, String), u32>,
     /// Numbers with a decimal comma.
     pub(super) commas: usize,
+    /// Lines that are the header once more.
+    pub(super) headers: usize,
     /// Rows without a time, place or name, and the first one's line.
     pub(super) incomplete: (usize, u32),
     /// Which rows are taken; else all.
@@ -61,15 +63,17 @@ pub(super) struct Named {
 pub(super) const MODE: &str = ", mode ";
 
 /// What names of an ego are.
-const EGO: [&str; 6] = ["ego", "av", "sdc", "self", "host", "ego_vehicle"];
+const EGO: [&str; 7] = ["ego", "av", "sdc", "self", "host", "hero", "ego_vehicle"];
 
 impl Rows {
     /// Adds those of a batch; `roles` are those of its columns.
     ///
     /// # Errors
     /// There are too many.
-    pub fn add(&mut self, roles: &[Role], batch: Batch) -> Result<(), BadCell> {
+    pub fn add(&mut self, roles: &[Role], mut batch: Batch) -> Result<(), BadCell> {
+        batch.join_times(roles);
         self.commas += batch.commas;
+        self.headers += batch.headers;
         if self.lines.len() + batch.lines.len() > MOST_ROWS {
             return Err(BadCell {
                 line: self.lines.len(),
@@ -116,6 +120,7 @@ impl Rows {
             !(time < only.times.0 || time > only.times.1)
                 && only.scenario.as_ref().is_none_or(is_of)
         };
+        let before = self.track.len();
         // Names of this batch are those of tracks that are known by number.
         let mut known: HashMap<[u32; 3], u32> = HashMap::new();
         let mut kept = Vec::with_capacity(batch.lines.len());
@@ -161,12 +166,18 @@ impl Rows {
         }
         for (role, values) in numbers {
             let all = self.numbers.entry(role).or_default();
+            // Another table of the recording may lack columns.
+            all.resize(before, f64::NAN);
             if kept.len() == values.len() {
                 all.extend(values);
             } else {
                 all.extend(kept.iter().map(|row| values[*row]));
             }
         }
+        let count = self.track.len();
+        self.numbers
+            .values_mut()
+            .for_each(|all| all.resize(count, f64::NAN));
         Ok(())
     }
 
@@ -209,17 +220,18 @@ const NEEDED: [Role; 6] = [
     Role::Longitude,
 ];
 
-/// A whole number that was written as `12.0`, as pandas does where a column has gaps.
+/// A whole number that was written as `12.0`, as pandas does where a column has gaps, or as `1.2e+01`, as NumPy does.
 pub fn plain_number(text: String) -> String {
-    match text.strip_suffix(".0") {
-        Some(whole) if whole.parse::<i64>().is_ok() => whole.to_string(),
+    match text.parse::<f64>() {
+        Ok(value) if text.contains('.') && value.fract() == 0.0 && value.abs() < 1e15 => {
+            (value as i64).to_string()
+        }
         _ => text,
     }
 }
 
 fn is_yes(text: &str) -> bool {
-    matches!(
-        text.to_lowercase().as_str(),
-        "true" | "1" | "1.0" | "yes" | "y" | "ego"
-    )
+    let text = text.to_lowercase();
+    let is_one = text.parse::<f64>().is_ok_and(|value| value == 1.0);
+    is_one || matches!(text.as_str(), "true" | "yes" | "y") || EGO.contains(&text.as_str())
 }

@@ -83,6 +83,9 @@ const SPEEDS: [(&str, f64); 4] = [
     ("ft/s", FOOT),
 ];
 
+/// Speeds fit moves that are off by a smaller part.
+const FITTING: f64 = 0.1;
+
 /// What speeds say of their unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SpeedUnit {
@@ -94,8 +97,8 @@ pub enum SpeedUnit {
     Odd(f64),
 }
 
-/// The unit of speeds; moves are in metres and times in seconds.
-pub fn speed_unit(pairs: &[Pair]) -> SpeedUnit {
+/// The unit of speeds; moves are in metres and times in seconds. Where lengths were `in_feet`, speeds are where they can be.
+pub fn speed_unit(pairs: &[Pair], in_feet: bool) -> SpeedUnit {
     let each = pairs.iter().filter(|p| p.moved.norm() / p.time > 1.0);
     let ratios: Vec<f64> = each
         .map(|p| p.speed.abs() / (p.moved.norm() / p.time))
@@ -103,15 +106,20 @@ pub fn speed_unit(pairs: &[Pair]) -> SpeedUnit {
     let Some(ratio) = median(ratios) else {
         return SpeedUnit::Unknown;
     };
-    let fits = |(_, one): &&(&str, f64)| (ratio * one - 1.0).abs() < 0.1;
-    match SPEEDS.iter().find(fits) {
-        Some((name, one)) => SpeedUnit::Known(name, *one),
-        None => SpeedUnit::Odd(ratio),
+    let off = |(name, one): &(&'static str, f64)| {
+        let off = (ratio * one - 1.0).abs();
+        let is_best = in_feet && *one == FOOT && off < FITTING;
+        (if is_best { 0.0 } else { off }, *name, *one)
+    };
+    let best = SPEEDS.iter().map(off).min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((off, name, one)) if off < FITTING => SpeedUnit::Known(name, one),
+        _ => SpeedUnit::Odd(ratio),
     }
 }
 
 /// How headings are written.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct HeadingForm {
     /// Degrees rather than radians.
     pub degrees: bool,
@@ -137,6 +145,19 @@ impl HeadingForm {
     }
 }
 
+/// By how much headings that are written so are off the moves on average, radians; nothing where too little moves.
+pub fn heading_off(pairs: &[Pair], form: HeadingForm) -> Option<f64> {
+    let moving = pairs
+        .iter()
+        .filter(|p| p.moved.norm() / p.time > 1.0 && p.heading.1.is_finite());
+    let off = moving.map(|p| {
+        let y = if form.mirrored { -p.moved.y } else { p.moved.y };
+        angle_between(form.radians(p.heading.1), y.atan2(p.moved.x)).abs()
+    });
+    let (sum, count) = off.fold((0.0, 0), |(sum, count), off| (sum + off, count + 1));
+    (count >= FEWEST).then(|| sum / count as f64)
+}
+
 /// How headings are written: as they agree best with the moves, and by how much they do, radians. What is known already
 /// is kept. Where too little moves, degrees are told by their size.
 pub fn heading_form(
@@ -146,16 +167,12 @@ pub fn heading_form(
 ) -> (HeadingForm, Option<f64>) {
     let large = pairs.iter().any(|p| p.heading.1.abs() > TAU + 0.1);
     let degrees = degrees.or(large.then_some(true));
-    let moving: Vec<&Pair> = pairs
-        .iter()
-        .filter(|p| p.moved.norm() / p.time > 1.0 && p.heading.1.is_finite())
-        .collect();
     let usual = HeadingForm {
         degrees: degrees.unwrap_or(false),
         from_north: from_north.unwrap_or(false),
         mirrored: false,
     };
-    if moving.len() < FEWEST {
+    if heading_off(pairs, usual).is_none() {
         return (usual, None);
     }
     let choices = |known: Option<bool>| match known {
@@ -171,11 +188,7 @@ pub fn heading_form(
                     from_north,
                     mirrored,
                 };
-                let off = moving.iter().map(|p| {
-                    let y = if mirrored { -p.moved.y } else { p.moved.y };
-                    angle_between(form.radians(p.heading.1), y.atan2(p.moved.x)).abs()
-                });
-                let off = off.sum::<f64>() / moving.len() as f64;
+                let off = heading_off(pairs, form).unwrap_or(f64::MAX);
                 // The more usual one where both fit: all drive along the x-axis, say.
                 if off < best.1 - 0.02 {
                     best = (form, off);
@@ -270,13 +283,19 @@ mod tests {
             let of = |p: Pair| Pair { speed, time, ..p };
             circle(|h| h, 0.0).into_iter().map(of).collect()
         };
-        assert_eq!(speed_unit(&with(10.0, 0.1)), SpeedUnit::Known("m/s", 1.0));
         assert_eq!(
-            speed_unit(&with(36.0, 0.1)),
+            speed_unit(&with(10.0, 0.1), false),
+            SpeedUnit::Known("m/s", 1.0)
+        );
+        assert_eq!(
+            speed_unit(&with(36.0, 0.1), false),
             SpeedUnit::Known("km/h", 1.0 / 3.6)
         );
-        assert!(matches!(speed_unit(&with(5.0, 0.1)), SpeedUnit::Odd(_)));
-        assert_eq!(speed_unit(&[]), SpeedUnit::Unknown);
+        assert!(matches!(
+            speed_unit(&with(5.0, 0.1), false),
+            SpeedUnit::Odd(_)
+        ));
+        assert_eq!(speed_unit(&[], false), SpeedUnit::Unknown);
         assert_eq!(rate(&with(10.0, 1.0)), Some(10.0));
         assert_eq!(rate(&with(25.0, 1.0)), Some(25.0));
         assert!(are_feet(&[(14.5, 6.0), (40.0, 8.0), (15.0, 6.1)]));

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use nearmiss_scene::scenario::ObstacleType;
 
+use super::table::Trust;
 use crate::recordings::assembly::kind_by_class;
 use crate::tables::OWN_COLUMNS;
 
@@ -35,8 +36,9 @@ static KNOWN: [Known; 5] = [
     Known {
         source: OWN,
         telling: &OWN_COLUMNS,
-        columns: "time=time[s],id=id,x=x[m],y=y[m],heading=heading[rad],speed=speed[m/s],acceleration=acceleration[m/s2],\
-                  length=length[m],width=width[m],class=class,ego=ego",
+        // Others call columns so, too: units are those of `convert` where nothing contradicts them.
+        columns: "time=time,id=id,x=x,y=y,heading=heading,speed=speed,acceleration=acceleration,length=length,width=width,\
+                  class=class,ego=ego",
         kind: Some(own),
         tags: &[],
         beside: None,
@@ -122,6 +124,20 @@ pub static ESMINI: Known = Known {
 };
 
 impl Known {
+    /// What is known of its units and conventions.
+    pub fn trust(&self) -> Trust {
+        if self.source == OWN {
+            Trust::Ours
+        } else {
+            Trust::All
+        }
+    }
+
+    /// Whether a table is read with another one of its recording.
+    pub fn is_beside(&self, path: &Path) -> bool {
+        self.beside.is_some() && other(path, PEDESTRIANS, VEHICLES).is_some()
+    }
+
     /// The data set whose tables have these columns.
     pub fn find(names: &[String]) -> Option<&'static Self> {
         let has = |wanted: &&str| names.iter().any(|name| name.eq_ignore_ascii_case(wanted));
@@ -154,11 +170,18 @@ fn argoverse(_: &str) -> ObstacleType {
     ObstacleType::Car
 }
 
-/// The pedestrians and bicycles of a recording lie in a table beside that of its vehicles.
+/// The tables of vehicles, and of the pedestrians and bicycles of the same recording beside it.
+const VEHICLES: &str = "vehicle_tracks_";
+const PEDESTRIANS: &str = "pedestrian_tracks_";
+
 fn pedestrians(vehicles: &Path) -> Option<PathBuf> {
-    let name = vehicles.file_name()?.to_str()?;
-    let number = name.strip_prefix("vehicle_tracks_")?;
-    let other = vehicles.with_file_name(format!("pedestrian_tracks_{number}"));
+    other(vehicles, VEHICLES, PEDESTRIANS)
+}
+
+/// The file beside one whose name begins otherwise.
+fn other(path: &Path, begins: &str, instead: &str) -> Option<PathBuf> {
+    let number = path.file_name()?.to_str()?.strip_prefix(begins)?;
+    let other = path.with_file_name(format!("{instead}{number}"));
     other.is_file().then_some(other)
 }
 

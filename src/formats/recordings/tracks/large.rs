@@ -14,7 +14,7 @@ use super::columns::Role;
 use super::gather::{Rows, Slice, plain_number};
 use super::table::{Decided, Recorded, Said};
 use super::text::{self, BadCell};
-use super::{Leftovers, Plan, Table, Written, hashed};
+use super::{Leftovers, Plan, Table, Written, hashed, numbers};
 use crate::commonroad::ReadError;
 use crate::dispatch::{Address, Parts, Stretches};
 use crate::recordings::Report;
@@ -32,6 +32,9 @@ const STRETCH_ROWS: f64 = 400_000.0;
 /// How often a row may be read while the stretches are, on average.
 const MOST_READINGS: usize = 12;
 
+/// So much around a window is read, too, seconds: motion is found out from rows before and after.
+const MARGIN: f64 = 3.0;
+
 /// Outlines that are kept, bytes.
 const MAX_CACHED: usize = 16 << 20;
 
@@ -45,6 +48,8 @@ pub struct Outline {
     pieces: Vec<Piece>,
     /// Names of scenarios; none where the table has no column of them.
     scenarios: Vec<String>,
+    /// Ids of tracks by their names, where the table has one scenario.
+    ids: HashMap<String, i64>,
     rows: u64,
     /// Rows of a stretch, about.
     at_once: f64,
@@ -88,7 +93,10 @@ pub fn outline(
     }
     let plan = plan()?;
     let is_large = match &plan.written {
-        Written::Text(_, packing) => *packing == super::Packing::Plain && bytes > LARGE_TEXT,
+        Written::Text(layout, packing) => {
+            let has_lines = layout.form != text::Form::JsonArray;
+            has_lines && *packing == super::Packing::Plain && bytes > LARGE_TEXT
+        }
         Written::Columns(arrow::Form::Parquet) => {
             let groups = arrow::row_groups(path).unwrap_or_default();
             groups.iter().sum::<usize>() > LARGE_ROWS
@@ -112,6 +120,7 @@ impl Outline {
         let mut outline = Self {
             pieces: Vec::new(),
             scenarios: Vec::new(),
+            ids: HashMap::new(),
             rows: 0,
             at_once,
             hashed: hashed(&[path], &report)?,
@@ -134,25 +143,31 @@ impl Outline {
 
     fn find_pieces(&mut self, report: &Report) -> Result<(), ReadError> {
         let clock = self.plan.columns.clock(self.plan.rate);
-        let roles = [clock, Role::Scenario];
-        let named = roles.iter().filter_map(|role| {
-            let source = self.plan.columns.of.get(role)?;
-            Some(Wanted {
-                name: source.column.clone(),
-                is_text: role.is_text(),
-            })
-        });
-        let wanted: Vec<Wanted> = named.collect();
+        let (roles, wanted) = self.plan.wanted();
+        let has_scenarios = self.plan.columns.of.contains_key(&Role::Scenario);
+        let named = if has_scenarios {
+            Role::Scenario
+        } else {
+            Role::Id
+        };
+        let looked_at = [clock, Role::Nanoseconds, named];
+        let some = roles.into_iter().zip(wanted);
+        let (roles, wanted): (Vec<Role>, Vec<Wanted>) =
+            some.filter(|(role, _)| looked_at.contains(role)).unzip();
+        let place = |wanted: Role| roles.iter().position(|role| *role == wanted);
+        let (times, named) = (place(clock), place(named));
         let (mut pieces, mut names) = (Vec::new(), Names::default());
-        let mut add = |place, batch: &Batch| {
-            let Some(Values::Numbers(times)) = batch.values.first() else {
+        let mut add = |place, mut batch: Batch| {
+            batch.join_times(&roles);
+            let Some(Values::Numbers(times)) = times.map(|times| &batch.values[times]) else {
                 return;
             };
             let some = || times.iter().copied().filter(|time| time.is_finite());
-            let scenarios = match batch.values.get(1) {
+            let named = match named.map(|place| &batch.values[place]) {
                 Some(Values::Texts(_, texts)) => names.places(&texts.texts),
                 _ => Vec::new(),
             };
+            let scenarios = if has_scenarios { named } else { Vec::new() };
             pieces.push(Piece {
                 place,
                 rows: batch.lines.len() as u64,
@@ -167,7 +182,7 @@ impl Outline {
             Written::Text(layout, _) => {
                 let io = |error| ReadError::io(report.file(), &error);
                 let mut file = system::open_file(&self.path).map_err(io)?;
-                let mut take = |piece, rows: &Batch| add(Place::Text(piece), rows);
+                let mut take = |piece, rows: Batch| add(Place::Text(piece), rows);
                 layout.pieces(&mut file, &wanted, &mut take)
             }
             _ => (|| {
@@ -175,7 +190,7 @@ impl Outline {
                 let groups = arrow::row_groups(&self.path);
                 for (group, rows) in groups.map_err(text::unread)?.into_iter().enumerate() {
                     let mut take = |batch: Batch| {
-                        add(Place::Group(group, first), &batch);
+                        add(Place::Group(group, first), batch);
                         Ok(())
                     };
                     arrow::read_group(&self.path, group, first, &wanted, &mut take)?;
@@ -199,7 +214,12 @@ impl Outline {
         });
         self.rows = pieces.iter().map(|piece| piece.rows).sum();
         self.pieces = pieces;
-        self.scenarios = names.all;
+        if has_scenarios {
+            self.scenarios = names.all;
+        } else {
+            let ids = numbers(names.all.iter().map(|name| ("", &**name)));
+            self.ids = names.all.into_iter().zip(ids).collect();
+        }
         Ok(())
     }
 
@@ -309,12 +329,22 @@ impl Outline {
         let mut recorded = self.recorded(times, scenario, report)?;
         let notes = self.notes.iter().cloned();
         recorded.diagnostics.splice(0..0, notes);
-        Ok(self.plan.table(
-            recorded,
-            &self.path,
-            self.hashed.clone(),
-            Leftovers::default(),
-        ))
+        let leftovers = Leftovers::default();
+        let mut table = self
+            .plan
+            .table(recorded, &self.path, self.hashed.clone(), leftovers);
+        // A road user has the same id in every stretch.
+        for (place, track) in table.recorded.tracks.iter().enumerate() {
+            if let Some(id) = self.ids.get(&track.name) {
+                table.ids.insert(place, *id);
+            }
+        }
+        Ok(table)
+    }
+
+    /// The id of the road user that is called so.
+    pub fn id_of(&self, name: &str) -> Option<i64> {
+        self.ids.get(name).copied()
     }
 
     /// A time in seconds in the table's unit.
@@ -361,7 +391,8 @@ impl Outline {
                 .seconds(self.stretches(None)[0].0);
             return Err(windows::too_long(&report, &address.file, "1", first));
         };
-        let [from, to] = [start, start + windows::LENGTH].map(|time| self.written(time));
+        let times = [start - MARGIN, start + windows::LENGTH + MARGIN];
+        let [from, to] = times.map(|time| self.written(time));
         let table = self.table((from, to), None, &report)?;
         table.open(&address.file, part, report)
     }
@@ -405,19 +436,30 @@ mod tests {
     use super::*;
     use crate::recordings::windows::WindowList;
 
-    /// Two minutes of eight cars on a circle each, ten times a second, in milliseconds and degrees clockwise from north.
-    fn text(by_time: bool) -> String {
+    /// Two minutes of eight cars on a circle each, ten times a second, in milliseconds and degrees clockwise from north; or
+    /// without headings, and as unevenly.
+    fn text(by_time: bool, uneven: i32) -> String {
         let mut rows = Vec::new();
         for car in 0..8 {
             for step in 0..1200 {
                 let radius = 20.0 + 4.0 * f64::from(car);
-                let turned = f64::from(step) * 0.1 * 8.0 / radius;
+                let time = 100 * step + step * 7 % 11 * uneven;
+                let turned = f64::from(time) * 1e-3 * 8.0 / radius;
                 let (x, y) = (radius * turned.cos(), radius * turned.sin());
                 let north = -turned.to_degrees().rem_euclid(360.0) + 360.0;
-                let time = 5_000 + 100 * step;
+                let heading = if uneven == 0 {
+                    format!("{north:.3}")
+                } else {
+                    String::new()
+                };
+                let time = 5_000 + time;
+                let name = match car {
+                    0 | 1 if uneven > 0 => ["x1", "y1"][usize::from(car == 1)].to_string(),
+                    _ => car.to_string(),
+                };
                 rows.push((
                     step,
-                    format!("{time},{car},{x:.4},{y:.4},{north:.3},8.0,4.5,1.8"),
+                    format!("{time},{name},{x:.4},{y:.4},{heading},8.0,4.5,1.8"),
                 ));
             }
         }
@@ -433,9 +475,9 @@ mod tests {
     #[test]
     fn a_stretch_of_a_large_table_is_that_of_the_whole_one() {
         let folder = tempfile::tempdir().unwrap();
-        for by_time in [true, false] {
-            let path = folder.path().join(format!("{by_time}.csv"));
-            std::fs::write(&path, text(by_time)).unwrap();
+        for (by_time, uneven) in [(true, 0), (false, 0), (true, 3)] {
+            let path = folder.path().join(format!("{by_time}{uneven}.csv"));
+            std::fs::write(&path, text(by_time, uneven)).unwrap();
             let report = || Report::about("t");
             let whole = super::super::read(&path).unwrap();
             let plan = super::super::plan(&path, &report()).unwrap();
@@ -455,7 +497,7 @@ mod tests {
                 list.add(&stretch, &stretch.beginnings());
             }
             // 30 s and what two share, five times a second.
-            assert_eq!(longest, 5 * 40);
+            assert!((199..=200).contains(&longest), "{longest}");
             let windows = list.addresses();
             assert!(windows.contains(&"track=3@5.0s".to_string()), "{windows:?}");
             for part in ["track=3@5.0s", "track=7@61.0s"] {

@@ -12,13 +12,16 @@ mod gather;
 mod guess;
 mod known;
 mod large;
+mod middles;
 mod motion;
+mod names;
 mod scenario;
 mod states;
 pub(super) mod table;
 #[cfg(test)]
 mod tests;
 mod text;
+mod times;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -32,12 +35,12 @@ use nearmiss_scene::scenario::{HashedBeginning, Scenario};
 use super::assembly::{self, Ids};
 use super::openscenario::EGOS;
 use super::{Leftovers, Report, esmini};
-use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
+use crate::commonroad::{ReadError, beginning_of_file};
 use crate::dispatch::{Address, Format, HEAD, Parts};
 use known::Known;
 use large::Outline;
-use table::{Decided, Recorded, Said, Track};
+use table::{Decided, Recorded, Said, Track, Trust};
 
 pub use arrow::Form as ColumnForm;
 pub use batch::Wanted;
@@ -168,7 +171,9 @@ impl Plan {
                 if esmini::is_log(&unpacked) {
                     return Some(Self::of_log(packing, options));
                 }
-                let layout = text::Layout::detect(&unpacked)?;
+                let named = options.named.iter().map(|named| &named.columns);
+                let said: Vec<&Columns> = options.columns.iter().chain(named).collect();
+                let layout = text::Layout::detect(&unpacked, &said)?;
                 let names = layout.names.clone();
                 (Written::Text(layout, packing), names)
             }
@@ -246,26 +251,23 @@ impl Plan {
 
     /// Why it cannot be read, if it cannot.
     fn check(&self, report: &Report) -> Result<(), ReadError> {
-        let named = |names: &[String]| format!("`{}`", names.join("`, `"));
         if !self.missing.is_empty() {
             return Err(report.fail(format!(
-                "no column {}; the table has {}",
-                named(&self.missing),
-                named(&self.names)
+                "no column `{}`; the table has {}",
+                self.missing.join("`, `"),
+                shown(&self.names)
             )));
         }
-        let missing = self.columns.missing();
-        if missing.is_empty() {
-            return Ok(());
+        match self.columns.lacking() {
+            None => Ok(()),
+            Some(lacking) => {
+                let names = shown(&self.names);
+                Err(report.fail(format!("the table has {names}; {lacking}")))
+            }
         }
-        let which = missing.join(", ");
-        Err(report.fail(format!(
-            "which column is {which}? The table has {}; say it with --columns {}=COLUMN",
-            named(&self.names),
-            missing[0].split(' ').next().unwrap_or_default()
-        )))
     }
 
+    /// The columns that are read.
     fn wanted(&self) -> (Vec<Role>, Vec<Wanted>) {
         let all = self.columns.of.iter().map(|(role, source)| {
             let wanted = Wanted {
@@ -308,8 +310,8 @@ impl Plan {
         Said {
             rate: self.rate,
             kind: self.known.and_then(|known| known.kind),
-            is_known: self.known.is_some(),
-            decided: None,
+            trust: self.known.map_or(Trust::Nothing, Known::trust),
+            ..Said::default()
         }
     }
 
@@ -335,6 +337,43 @@ impl Plan {
             hashed,
             leftovers,
         )
+    }
+}
+
+/// So many columns are named.
+const MAX_LISTED: usize = 30;
+
+/// Names of columns in words.
+fn shown(columns: &[String]) -> String {
+    let names = columns.iter().take(MAX_LISTED);
+    let names: Vec<String> = names
+        .map(|name| format!("`{}`", batch::shown(name)))
+        .collect();
+    let more = match columns.len() - names.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("the columns {}{more}", names.join(", "))
+}
+
+/// A table that lacks columns for tracks.
+pub struct Lacking {
+    /// Its columns in words.
+    pub columns: String,
+    /// What is found and missing, and what to do.
+    pub instead: String,
+    /// Whether it has all but one.
+    pub is_near: bool,
+}
+
+/// What a table with these columns lacks for tracks.
+pub fn lacking(columns: &[String]) -> Lacking {
+    let found = Columns::by_name(columns).only(Role::is_of_recordings);
+    let instead = found.lacking().unwrap_or_default();
+    Lacking {
+        columns: shown(columns),
+        instead: format!("{instead} (`nearmiss help tracks`)"),
+        is_near: found.missing().len() == 1,
     }
 }
 
@@ -441,7 +480,12 @@ impl Table {
         let mut leftovers = Leftovers::default();
         let used: Vec<&String> = plan.columns.of.values().map(|s| &s.column).collect();
         for name in plan.names.iter().filter(|name| !used.contains(name)) {
-            leftovers.add_times(&format!("column {name}"), rows.count(), || 1);
+            let column = if name.is_empty() {
+                "column without a name".into()
+            } else {
+                format!("column {name}")
+            };
+            leftovers.add_times(&column, rows.count(), || 1);
         }
         let recorded = Recorded::new(rows, &plan.columns, plan.said(), report.file())?;
         let hashed = hashed(files, report)?;
@@ -473,8 +517,9 @@ impl Table {
         hashed: HashedBeginning,
         leftovers: Leftovers,
     ) -> Self {
+        let names = recorded.tracks.iter().map(|t| (&*t.scenario, &*t.name));
         Self {
-            ids: numbers(&recorded.tracks),
+            ids: numbers(names).into_iter().enumerate().collect(),
             recorded,
             about,
             map,
@@ -598,26 +643,66 @@ fn hashed(files: &[&Path], report: &Report) -> Result<HashedBeginning, ReadError
     HashedBeginning::read(&mut all).map_err(io)
 }
 
-/// Ids of tracks in a scenario: their names where these are numbers.
-fn numbers(tracks: &[Track]) -> HashMap<usize, i64> {
-    let number = |track: &Track| track.name.parse::<i64>().ok().filter(|id| *id > 0);
-    let mut of_scenario: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (place, track) in tracks.iter().enumerate() {
-        of_scenario.entry(&track.scenario).or_default().push(place);
+/// Ids of tracks, of which these are the scenarios and names: the names where they are numbers, or the numbers at their
+/// ends where no other track of the scenario has the same.
+fn numbers<'t>(tracks: impl Iterator<Item = (&'t str, &'t str)>) -> Vec<i64> {
+    let positive = |text: &str| text.parse::<i64>().ok().filter(|id| *id > 0);
+    let mut of_scenario: BTreeMap<&str, Vec<(usize, &str)>> = BTreeMap::new();
+    for (place, (scenario, name)) in tracks.enumerate() {
+        of_scenario.entry(scenario).or_default().push((place, name));
     }
-    let mut found = HashMap::new();
-    for places in of_scenario.into_values() {
-        let named = places.iter().filter_map(|place| number(&tracks[*place]));
-        let mut ids = Ids::beyond(named.clone());
-        named.for_each(|id| {
+    let mut found = vec![0; of_scenario.values().map(Vec::len).sum()];
+    for tracks in of_scenario.into_values() {
+        let number = |name: &str| {
+            let end = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+            // Longer ones are no numbers of road users.
+            let is_short = name.len() - end <= LONGEST_NUMBER;
+            positive(name).or_else(|| positive(&name[end..]).filter(|_| is_short))
+        };
+        let mut counts: HashMap<i64, usize> = HashMap::new();
+        for number in tracks.iter().filter_map(|(_, name)| number(name)) {
+            *counts.entry(number).or_default() += 1;
+        }
+        let own = |name: &str| {
+            let number = number(name)?;
+            (positive(name).is_some() || counts[&number] == 1).then_some(number)
+        };
+        let known = tracks.iter().filter_map(|(_, name)| own(name));
+        let mut ids = Ids::beyond(known.clone());
+        known.for_each(|id| {
             ids.take(id);
         });
-        for place in places {
-            let id = number(&tracks[place]).unwrap_or_else(|| ids.fresh());
-            found.insert(place, id);
+        for (place, name) in &tracks {
+            found[*place] = own(name).unwrap_or_else(|| ids.fresh());
         }
     }
     found
+}
+
+/// So many digits are a number at the end of a name.
+const LONGEST_NUMBER: usize = 9;
+
+/// The id of the road user that a table calls so.
+pub fn id_of(path: &Path, name: &str) -> Option<i64> {
+    let address = Address::from_path(path);
+    let head = beginning_of_file(&address.file, HEAD).ok()?;
+    if !Tables.recognises(&address.file, &head) {
+        return None;
+    }
+    if let Some(outline) = outline(&address.file).ok()? {
+        return outline.id_of(name);
+    }
+    let table = read(&address.file).ok()?;
+    let is_meant = |track: &&Track| {
+        let part = address.part.as_ref();
+        track.name == name && (track.scenario.is_empty() || part == Some(&track.scenario))
+    };
+    let place = table
+        .recorded
+        .tracks
+        .iter()
+        .position(|track| is_meant(&track))?;
+    table.ids.get(&place).copied()
 }
 
 impl Format for Tables {
@@ -626,11 +711,12 @@ impl Format for Tables {
     }
 
     fn is_found(&self, path: &Path, head: &[u8]) -> bool {
-        // The log of a scenario is read with it, and what lies beside an ego's recording are its results.
         let is_beside = |plan: &Plan| {
             matches!(plan.written, Written::Log(_)) && path.with_extension("xosc").is_file()
+                || plan.known.is_some_and(|known| known.is_beside(path))
                 || path.with_file_name(crate::ego::RECORDING).is_file()
         };
+        // The log of a scenario, the other table of a recording and results of an ego are read with it.
         let plan = Plan::of(path, head, options(), Role::is_of_recordings);
         plan.is_some_and(|plan| plan.is_whole() && !is_beside(&plan))
     }

@@ -239,9 +239,7 @@ impl Table {
         });
         let path = match &self.map {
             None => {
-                report
-                    .at("")
-                    .warn("no map: the scenario has no lanes; --map FILE adds one");
+                report.note("no map: the scenario has no lanes; --map FILE adds one");
                 return Ok((Map::default(), ContentHash::digest(b"")));
             }
             Some(MapOfTable::Inside(bytes)) => {

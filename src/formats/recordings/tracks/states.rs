@@ -4,22 +4,27 @@ use std::cell::OnceCell;
 use std::f64::consts::FRAC_PI_2;
 
 use nearmiss_base::geometry::{Point, angle_between};
+use nearmiss_scene::scenario::Sample;
 use nearmiss_scene::scenario::plausibility::refused_coordinate;
+use nearmiss_scene::scenario::track::forget_headings_at_standstill;
 
 use super::check::{self, Seen};
 use super::columns::Role;
 use super::guess::HeadingForm;
 use super::motion;
-use super::table::{Decided, Recorded, Track, Work};
+use super::table::{Decided, Recorded, Track, Trust, Work};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::assembly::{self, TrackState, signed_speed};
-use crate::recordings::rows::Steps;
+use crate::recordings::assembly::{TrackState, signed_speed};
 
 impl Work<'_> {
     /// The tracks.
-    pub(super) fn finish(mut self, form: Option<HeadingForm>) -> Result<Recorded, ReadError> {
-        let steps = self.steps()?;
+    pub(super) fn finish(
+        self,
+        form: Option<HeadingForm>,
+        start: f64,
+        dt: f64,
+    ) -> Result<Recorded, ReadError> {
         if let Some(row) = self.places.iter().position(|p| {
             refused_coordinate(p.x)
                 .or(refused_coordinate(p.y))
@@ -31,42 +36,25 @@ impl Work<'_> {
                 .unwrap_or_default();
             return Err(at.fail(why));
         }
-        let step = |time: f64| ((time - steps.0) / steps.1).round() as i64;
-        let mut seen: Vec<(String, Vec<Seen>)> = Vec::with_capacity(self.order.len());
-        let mut twice: Option<(u32, String, usize)> = None;
-        for (track, rows) in self.order.iter_mut().enumerate() {
-            let (times, before) = (&self.times, rows.len());
-            let mut first_twice = None;
-            rows.dedup_by(|row, kept| {
-                let same = step(times[*row as usize]) == step(times[*kept as usize]);
-                if same {
-                    first_twice.get_or_insert(self.rows.lines[*row as usize]);
-                }
-                same
+        let step = |time: f64| ((time - start) / dt).round() as i64;
+        let seen = self
+            .order
+            .iter()
+            .zip(&self.rows.tracks)
+            .map(|(rows, track)| {
+                let each = rows.iter().map(|row| Seen {
+                    step: step(self.times[*row as usize]),
+                    line: self.rows.lines[*row as usize],
+                    place: self.places[*row as usize],
+                });
+                (track.name.clone(), each.collect())
             });
-            let name = &self.rows.tracks[track].name;
-            if let Some(line) = first_twice {
-                let known = twice.get_or_insert((line, name.clone(), 0));
-                known.2 += before - rows.len();
-            }
-            let each = rows.iter().map(|row| Seen {
-                step: step(self.times[*row as usize]),
-                line: self.rows.lines[*row as usize],
-                place: self.places[*row as usize],
-            });
-            seen.push((name.clone(), each.collect()));
-        }
-        if let Some((line, name, count)) = twice {
-            let at = self.report.row(line as usize, format!("track `{name}`"));
-            at.warn(format!(
-                "{count} rows are at a time that their track has already, this one first; the first row of each is used"
-            ));
-        }
-        check::check(&self.report, &seen, steps.1);
-        let mut missing = (0, 0);
+        let seen: Vec<(String, Vec<Seen>)> = seen.collect();
+        check::check(&self.report, &seen, dt);
+        let mut missing = Missing::default();
         let mut tracks = Vec::with_capacity(seen.len());
         for (track, (name, rows)) in seen.into_iter().enumerate() {
-            let states = self.states(track, &rows, form, steps.1, &mut missing);
+            let states = self.states(track, &rows, form, dt, &mut missing);
             let named = &self.rows.tracks[track];
             tracks.push(Track {
                 name,
@@ -77,10 +65,16 @@ impl Work<'_> {
                 states,
             });
         }
-        self.report.note_count(missing.0, |n| {
+        self.report.note_count(missing.headings, |n| {
             format!("headings from the motion, smoothed over up to 0.8 s: {n}")
         });
-        self.report.note_count(missing.1, |n| {
+        self.report.note_count(missing.held, |n| {
+            format!(
+                "`{}` is the direction of movement, which standstill has none of; held there (rows: {n})",
+                self.column(Role::Heading)
+            )
+        });
+        self.report.note_count(missing.speeds, |n| {
             format!("speeds from the motion, smoothed over up to 0.8 s: {n}")
         });
         let decided = Decided {
@@ -89,6 +83,8 @@ impl Work<'_> {
             speed: self.speed,
             is_local: self.is_local,
             is_down: self.is_down,
+            is_turned: self.is_turned,
+            time_step: dt,
             heading: form,
             ahead: self.ahead,
             plane: self.plane,
@@ -96,88 +92,77 @@ impl Work<'_> {
         Ok(Recorded {
             tracks,
             decided,
-            start: steps.0,
-            time_step: steps.1,
+            start,
+            time_step: dt,
             plane: self.plane,
             diagnostics: self.report.into_diagnostics(),
         })
     }
 
-    /// When the first step is and how long one is, seconds. Rows of a table that is sampled unevenly are put on even steps.
-    fn steps(&mut self) -> Result<(f64, f64), ReadError> {
-        let mut all = self.times.clone();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        match Steps::from_times(&all) {
-            Ok(found) => {
-                found.report_to(&self.report);
-                Ok((found.start, found.time_step))
-            }
-            Err(why) => {
-                // Each track may have a clock of its own.
-                let between = self.order.iter().flat_map(|rows| {
-                    rows.windows(2)
-                        .map(|pair| self.times[pair[1] as usize] - self.times[pair[0] as usize])
-                });
-                let between = between.filter(|time| *time > 1e-4).collect();
-                let median = assembly::median(between);
-                let time_step = (median * 1e3).round() / 1e3;
-                let (start, last) = (all[0], all[all.len() - 1]);
-                if time_step <= 0.0 || (last - start) / time_step > 1e7 {
-                    return Err(self.report.fail(why));
-                }
-                self.resample(start, time_step);
-                self.report.at("").warn(format!(
-                    "rows are not at equal times; places are interpolated at steps of {time_step} s"
-                ));
-                Ok((start, time_step))
-            }
-        }
+    /// The speed that a row says, m/s, for a body with this heading.
+    fn speed(&self, row: usize, heading: f64) -> Option<f64> {
+        let own = self.numbers(Role::Speed).map(|all| all[row] * self.speed);
+        own.filter(|speed| speed.is_finite()).or_else(|| {
+            let [x, y] = [Role::VelocityX, Role::VelocityY].map(|role| self.numbers(role));
+            let (x, y) = (x?[row] * self.speed, y?[row] * self.speed);
+            let y = if self.is_turned { -y } else { y };
+            let speed = if self.is_local {
+                x.hypot(y).copysign(x)
+            } else {
+                signed_speed(heading, x, y)
+            };
+            speed.is_finite().then_some(speed)
+        })
     }
 
-    /// Moves rows to the nearest steps: place, heading and speed at that time, by those of the rows around it.
-    fn resample(&mut self, start: f64, time_step: f64) {
-        let old = (self.times.clone(), self.places.clone());
-        let numbers = [
-            Role::Heading,
-            Role::Speed,
-            Role::VelocityX,
-            Role::VelocityY,
-            Role::Acceleration,
-        ];
-        let before: Vec<(Role, Vec<f64>)> = numbers
-            .into_iter()
-            .filter_map(|role| Some((role, self.rows.numbers.get(&role)?.clone())))
-            .collect();
-        for rows in &self.order {
-            for (i, row) in rows.iter().enumerate() {
-                let row = *row as usize;
-                let time = start + ((old.0[row] - start) / time_step).round() * time_step;
-                let other = if time < old.0[row] {
-                    i.checked_sub(1).and_then(|i| rows.get(i))
-                } else {
-                    rows.get(i + 1)
-                };
-                self.times[row] = time;
-                let Some(other) = other.map(|row| *row as usize) else {
-                    continue;
-                };
-                let between = old.0[other] - old.0[row];
-                if between == 0.0 || between.abs() > 3.0 * time_step {
-                    continue;
+    /// The headings of a track's rows, NaN where it has none. Those of rows that stand and that only a motion tells are
+    /// held, and counted in `missing`.
+    fn headings(
+        &self,
+        order: &[u32],
+        rows: &[Seen],
+        form: Option<HeadingForm>,
+        dt: f64,
+        missing: &mut Missing,
+    ) -> Vec<f64> {
+        let Some((form, written)) = form.zip(self.numbers(Role::Heading)) else {
+            return vec![f64::NAN; rows.len()];
+        };
+        let mut headings: Vec<f64> = order.iter().map(|row| self.heading(form, *row)).collect();
+        if self.said.trust != Trust::Nothing {
+            return headings;
+        }
+        // Standstill is told in tenths of a second.
+        let scale = (STEP / dt).max(1.0);
+        let samples = rows
+            .iter()
+            .zip(order)
+            .zip(&headings)
+            .map(|((seen, row), heading)| {
+                let is_zero = written[*row as usize] == 0.0;
+                Sample {
+                    step: seen.step,
+                    position: seen.place * scale,
+                    heading: Some(if is_zero { 0.0 } else { *heading }).filter(|h| h.is_finite()),
+                    velocity: self.speed(*row as usize, *heading),
+                    acceleration: None,
                 }
-                let part = (time - old.0[row]) / between;
-                self.places[row] = old.1[row] + (old.1[other] - old.1[row]) * part;
-                for (role, values) in &before {
-                    let (a, b) = (values[row], values[other]);
-                    // Headings that pass the end of their circle stay.
-                    let is_far = *role == Role::Heading && (b - a).abs() > 1.0;
-                    if let Some(all) = self.rows.numbers.get_mut(role).filter(|_| !is_far) {
-                        all[row] = a + (b - a) * part;
-                    }
-                }
+            });
+        let mut samples: Vec<Sample> = samples.collect();
+        forget_headings_at_standstill(&mut samples);
+        let is_known = |i: &usize| samples[*i].heading.is_some();
+        let Some(mut held) = (0..samples.len()).find(is_known).map(|i| headings[i]) else {
+            return headings;
+        };
+        for (i, heading) in headings.iter_mut().enumerate() {
+            if is_known(&i) {
+                held = *heading;
+            } else if angle_between(held, *heading).abs() > TURNED {
+                missing.held += 1;
+                *heading = held;
             }
         }
+        headings
     }
 
     /// The states of a track; headings and speeds that had to be derived are counted in `missing`.
@@ -187,16 +172,12 @@ impl Work<'_> {
         rows: &[Seen],
         form: Option<HeadingForm>,
         dt: f64,
-        missing: &mut (usize, usize),
+        missing: &mut Missing,
     ) -> Vec<TrackState> {
         let order = &self.order[track];
-        let velocity = self
-            .numbers(Role::VelocityX)
-            .zip(self.numbers(Role::VelocityY));
+        let headings = self.headings(order, rows, form, dt, missing);
         let acceleration = self.numbers(Role::Acceleration);
         let stronger = self.factor(Role::Acceleration).unwrap_or(1.0);
-        let complete =
-            form.is_some() && (velocity.is_some() || self.numbers(Role::Speed).is_some());
         // What the table says is not derived.
         let derived = OnceCell::new();
         let derive = || {
@@ -204,36 +185,24 @@ impl Work<'_> {
             let places: Vec<Point> = rows.iter().map(|row| row.place).collect();
             motion::derive(&steps, &places, dt)
         };
-        if !complete {
-            derived.get_or_init(derive);
-        }
         let mut states = Vec::with_capacity(rows.len());
         for (i, seen) in rows.iter().enumerate() {
             let row = order[i];
             let at = row as usize;
-            let given = form.map_or(f64::NAN, |form| self.heading(form, row));
-            let heading = if given.is_nan() {
-                missing.0 += 1;
-                derived.get_or_init(derive)[i].heading
+            let heading = if headings[i].is_nan() {
+                missing.headings += 1;
+                let followed = self.followed.get(at).filter(|heading| heading.is_finite());
+                followed.map_or_else(|| derived.get_or_init(derive)[i].heading, |known| *known)
             } else {
-                given
+                headings[i]
             };
-            let by_axes = velocity.map(|(x, y)| (x[at] * self.speed, y[at] * self.speed));
-            let said = match (self.numbers(Role::Speed), by_axes) {
-                (Some(speed), _) if speed[at].is_finite() => Some(speed[at] * self.speed),
-                (_, Some((x, y))) if x.is_finite() && y.is_finite() => Some(if self.is_local {
-                    x.hypot(y).copysign(x)
-                } else {
-                    signed_speed(heading, x, if self.is_down { -y } else { y })
-                }),
-                _ => None,
-            };
+            let said = self.speed(at, heading);
             let own = acceleration.map(|all| all[at] * stronger);
             let own = own.filter(|value| value.is_finite());
             let (velocity, acceleration) = match said {
                 Some(speed) => (speed, own),
                 None => {
-                    missing.1 += 1;
+                    missing.speeds += 1;
                     let found = derived.get_or_init(derive)[i];
                     // A body whose heading is known may go backwards.
                     let back = angle_between(found.heading, heading).abs() > FRAC_PI_2;
@@ -253,6 +222,21 @@ impl Work<'_> {
         states
     }
 }
+
+/// So many rows lack something.
+#[derive(Default)]
+struct Missing {
+    headings: usize,
+    speeds: usize,
+    /// Headings that were held.
+    held: usize,
+}
+
+/// A usual step, seconds.
+const STEP: f64 = 0.1;
+
+/// No body that stands turns by more, radians.
+const TURNED: f64 = 0.1;
 
 /// A heading in radians for places as they are now.
 pub(super) fn signed(form: HeadingForm, written: f64) -> f64 {

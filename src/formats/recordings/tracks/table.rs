@@ -1,12 +1,11 @@
 //! A table of tracks in SI units: what was found out of its units and conventions, or assumed, is kept for the report.
 
-use nearmiss_base::geometry::{Point, Vector, angle_between};
+use nearmiss_base::geometry::{Point, angle_between};
 use nearmiss_scene::scenario::{Diagnostic, ObstacleType, Severity};
 
-use super::columns::{Columns, Convention, FOOT, Role};
+use super::columns::{Columns, Convention, FOOT, QUATERNION, Role};
 use super::gather::{MODE, Rows};
-use super::guess::{self, HeadingForm, Pair, SpeedUnit, TimeUnit};
-use super::motion;
+use super::guess::{self, HeadingForm, Pair, SpeedUnit};
 use super::states::signed;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
@@ -42,10 +41,13 @@ pub struct Decided {
     pub(super) speed: f64,
     pub(super) is_local: bool,
     pub(super) is_down: bool,
+    pub(super) is_turned: bool,
     pub(super) heading: Option<HeadingForm>,
     /// How far before the middle places are, in lengths.
     pub(super) ahead: Option<f64>,
     pub(super) plane: Option<TransverseMercator>,
+    /// Seconds.
+    pub(super) time_step: f64,
 }
 
 impl Decided {
@@ -101,10 +103,24 @@ pub struct Said {
     pub rate: Option<f64>,
     /// What classes mean.
     pub kind: Option<fn(&str) -> ObstacleType>,
-    /// Whether a data set says all conventions: none is guessed.
-    pub is_known: bool,
+    /// How much of its units and conventions is known.
+    pub trust: Trust,
+    /// Whether times only say what comes after what.
+    pub is_order: bool,
     /// What was found out of another part of the table.
     pub decided: Option<Decided>,
+}
+
+/// How much is known of the units and conventions of a table.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Trust {
+    /// What its columns say.
+    #[default]
+    Nothing,
+    /// It has the columns of our own: what contradicts seconds, metres and radians is found out.
+    Ours,
+    /// A data set says all: nothing is guessed.
+    All,
 }
 
 /// Pairs of rows that are looked at to find something out.
@@ -131,11 +147,15 @@ pub(super) struct Work<'a> {
     pub(super) is_local: bool,
     /// Whether the table's y grows downwards.
     pub(super) is_down: bool,
+    /// Whether velocities along y are the other way than places are now.
+    pub(super) is_turned: bool,
     /// What one of its times is, seconds, and one of x, y, length and width, metres.
     pub(super) time: f64,
     pub(super) lengths: [f64; 4],
     /// How far before the middle places are, in lengths.
     pub(super) ahead: Option<f64>,
+    /// Headings of rows without one whose places were moved, radians; empty where none were.
+    pub(super) followed: Vec<f64>,
 }
 
 impl Recorded {
@@ -159,8 +179,9 @@ impl Recorded {
         work.read_lengths();
         work.read_speeds();
         let form = work.read_headings();
-        work.move_to_middles(form);
-        work.finish(form)
+        let (start, time_step) = work.steps(form)?;
+        work.move_to_middles(form, start, time_step);
+        work.finish(form, start, time_step)
     }
 
     /// Bytes, about.
@@ -171,7 +192,13 @@ impl Recorded {
 }
 
 impl<'a> Work<'a> {
-    fn new(rows: Rows, columns: &'a Columns, said: Said, report: Report) -> Self {
+    fn new(mut rows: Rows, columns: &'a Columns, said: Said, report: Report) -> Self {
+        let parts = QUATERNION.map(|role| rows.numbers.remove(&role));
+        if let [Some(w), Some(x), Some(y), Some(z)] = parts {
+            let yaw = |row: usize| assembly::yaw([w[row], x[row], y[row], z[row]]);
+            let headings = (0..w.len()).map(yaw).collect();
+            rows.numbers.insert(Role::Heading, headings);
+        }
         let count = rows.tracks.len();
         let mut sizes = vec![(0.0, 0.0); count];
         let of = |role: Role| rows.numbers.get(&role);
@@ -196,6 +223,8 @@ impl<'a> Work<'a> {
             speed: 1.0,
             is_local: false,
             is_down: columns.has(Convention::Down),
+            is_turned: columns.has(Convention::Down),
+            followed: Vec::new(),
             time: 1.0,
             lengths: [1.0; 4],
             ahead: None,
@@ -208,11 +237,11 @@ impl<'a> Work<'a> {
     }
 
     pub(super) fn factor(&self, role: Role) -> Option<f64> {
-        self.columns.of.get(&role)?.factor
+        self.columns.source(role)?.factor
     }
 
     pub(super) fn column(&self, role: Role) -> &str {
-        self.columns.of.get(&role).map_or("", |s| s.column.as_str())
+        self.columns.source(role).map_or("", |s| s.column.as_str())
     }
 
     pub(super) fn numbers(&self, role: Role) -> Option<&Vec<f64>> {
@@ -227,6 +256,9 @@ impl<'a> Work<'a> {
                 "{count} rows lack an id, a time or a place, this one first; left out"
             ));
         }
+        self.report.note_count(self.rows.headers, |n| {
+            format!("header lines between rows: {n}; skipped")
+        });
         self.report.note_count(self.rows.commas, |n| {
             format!("numbers with a decimal comma: {n}; read as with a point")
         });
@@ -275,20 +307,8 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Puts the rows of each track in order of time and of the file.
-    fn order_rows(&mut self) {
-        let mut order = vec![Vec::new(); self.rows.tracks.len()];
-        for (row, track) in (0..).zip(&self.rows.track) {
-            order[*track as usize].push(row);
-        }
-        for rows in &mut order {
-            rows.sort_by(|a, b| self.times[*a as usize].total_cmp(&self.times[*b as usize]));
-        }
-        self.order = order;
-    }
-
     /// Rows of tracks that follow each other, from all over the table.
-    fn pairs(&self) -> Vec<Pair> {
+    pub(super) fn pairs(&self) -> Vec<Pair> {
         let every = (self.rows.lines.len() / MOST_PAIRS).max(1);
         let velocity = self
             .numbers(Role::VelocityX)
@@ -316,68 +336,6 @@ impl<'a> Work<'a> {
             }
         }
         pairs
-    }
-
-    /// Times in seconds.
-    fn read_times(&mut self) -> Result<(), ReadError> {
-        let role = self.columns.clock(self.said.rate);
-        let Some(column) = self.numbers(role).cloned() else {
-            return Err(self.report.fail("no column of time"));
-        };
-        let are_whole = column.iter().all(|v| v.fract() == 0.0);
-        self.times = column;
-        self.order_rows();
-        if let Some(decided) = self.said.decided {
-            self.time = decided.time;
-            self.times.iter_mut().for_each(|time| *time *= decided.time);
-            return Ok(());
-        }
-        let named = self.factor(role).filter(|_| role == Role::Time);
-        let pairs = self.pairs();
-        let between = assembly::median(pairs.iter().map(|p| p.time).collect());
-        let name = self.column(role).to_string();
-        let unit = match (named, self.said.rate) {
-            (Some(factor), _) => TimeUnit::Seconds(factor),
-            (None, Some(_)) => TimeUnit::Frames,
-            (None, None) if role == Role::Frame => TimeUnit::Frames,
-            (None, None) => guess::time_unit(between, are_whole),
-        };
-        let factor = match unit {
-            TimeUnit::Seconds(factor) => {
-                if named.is_none() && factor < 1.0 {
-                    let words = if factor < 1e-8 {
-                        "nanoseconds"
-                    } else if factor < 1e-5 {
-                        "microseconds"
-                    } else {
-                        "milliseconds"
-                    };
-                    self.report.note(format!(
-                        "`{name}` is in {words}: whole numbers, mostly {between} apart"
-                    ));
-                }
-                factor
-            }
-            TimeUnit::Frames => match (self.said.rate, guess::rate(&pairs)) {
-                (Some(rate), _) => 1.0 / rate,
-                (None, Some(rate)) => {
-                    self.report.note(format!(
-                        "`{name}` counts frames, {rate} a second: so speeds agree with places"
-                    ));
-                    1.0 / rate
-                }
-                (None, None) => {
-                    let at = self.report.at(format!("column {name}"));
-                    return Err(at.fail(format!(
-                        "whole numbers that are mostly {between} apart: frames? say how many a second with --rate HZ, or that they are seconds with --columns time={name}[s]"
-                    )));
-                }
-            },
-        };
-        // Numbers near zero keep all their digits.
-        self.times.iter_mut().for_each(|time| *time *= factor);
-        self.time = factor;
-        Ok(())
     }
 
     /// Lengths and places in metres.
@@ -420,6 +378,7 @@ impl<'a> Work<'a> {
     fn read_speeds(&mut self) {
         if let Some(decided) = self.said.decided {
             (self.speed, self.is_local) = (decided.speed, decided.is_local);
+            self.is_turned = decided.is_turned;
             return;
         }
         let given = [Role::Speed, Role::VelocityX].map(|role| self.numbers(role).is_some());
@@ -429,7 +388,10 @@ impl<'a> Work<'a> {
             _ => return,
         };
         let pairs = self.pairs();
-        self.speed = match (self.factor(role), guess::speed_unit(&pairs)) {
+        self.speed = match (
+            self.factor(role),
+            guess::speed_unit(&pairs, self.lengths[0] == FOOT),
+        ) {
             (Some(factor), _) => factor,
             (None, SpeedUnit::Known(name, factor)) => {
                 if factor < 1.0 {
@@ -451,23 +413,28 @@ impl<'a> Work<'a> {
             .numbers(Role::VelocityX)
             .zip(self.numbers(Role::VelocityY))
         {
-            let mut off = Vec::new();
+            // As y says, and the other way.
+            let ways = [self.is_down, !self.is_down];
+            let mut off = ways.map(|_| Vec::new());
             for rows in &self.order {
                 for pair in rows.windows(2).take(100) {
                     let (a, b) = (pair[0] as usize, pair[1] as usize);
                     let moved = self.places[b] - self.places[a];
-                    let velocity = Vector::new(x[b], y[b]);
-                    if moved.norm() > 0.1 && velocity.norm() > 0.5 {
-                        off.push(
-                            angle_between(velocity.y.atan2(velocity.x), moved.y.atan2(moved.x))
-                                .abs(),
-                        );
+                    if moved.norm() > 0.1 && x[b].hypot(y[b]) > 0.5 {
+                        for (off, is_turned) in off.iter_mut().zip(ways) {
+                            let y = if is_turned { -y[b] } else { y[b] };
+                            let between = angle_between(y.atan2(x[b]), moved.y.atan2(moved.x));
+                            off.push(between.abs());
+                        }
                     }
                 }
             }
-            self.is_local = !self.said.is_known
-                && off.len() > 20
-                && assembly::median(off) > 0.6
+            let is_many = off[0].len() > 20;
+            let off = off.map(assembly::median);
+            self.is_turned = ways[usize::from(is_many && off[1] < off[0])];
+            self.is_local = self.said.trust == Trust::Nothing
+                && is_many
+                && off.iter().all(|off| *off > 0.6)
                 && self.numbers(Role::Heading).is_some();
             if self.is_local {
                 self.report.note(format!(
@@ -487,7 +454,12 @@ impl<'a> Work<'a> {
         }
         let degrees = self.factor(Role::Heading).map(|factor| factor < 1.0);
         let says_north = self.columns.has(Convention::North);
-        if self.said.is_known {
+        let pairs = self.pairs();
+        let is_plain = || {
+            let off = guess::heading_off(&pairs, HeadingForm::default());
+            off.is_some_and(|off| off <= ODD_HEADING)
+        };
+        if self.said.trust == Trust::All || self.said.trust == Trust::Ours && is_plain() {
             return Some(HeadingForm {
                 degrees: degrees.unwrap_or(false),
                 from_north: says_north,
@@ -495,7 +467,7 @@ impl<'a> Work<'a> {
             });
         }
         let north = says_north.then_some(true);
-        let (mut form, off) = guess::heading_form(&self.pairs(), degrees, north);
+        let (mut form, off) = guess::heading_form(&pairs, degrees, north);
         let column = format!("column {}", self.column(Role::Heading));
         let mut found = Vec::new();
         if degrees.is_none() && form.degrees {
@@ -518,6 +490,7 @@ impl<'a> Work<'a> {
                 self.report
                     .note("y grows downwards: so headings agree with the motion; turned over");
                 self.is_down = true;
+                self.is_turned = !self.is_turned;
                 self.places.iter_mut().for_each(|place| place.y = -place.y);
                 form.mirrored = false;
             }
@@ -532,68 +505,6 @@ impl<'a> Work<'a> {
         Some(form)
     }
 
-    /// Moves places from the front, rear axle or corner of a body to its middle.
-    fn move_to_middles(&mut self, form: Option<HeadingForm>) {
-        let columns = self.columns;
-        let is_corner = columns.has(Convention::Corner);
-        let ahead = if let Some(decided) = self.said.decided {
-            decided.ahead
-        } else if columns.has(Convention::Front) {
-            Some(-0.5)
-        } else if columns.has(Convention::RearAxle) {
-            Some(REAR_AXLE)
-        } else if !is_corner
-            && !self.said.is_known
-            && form.is_some_and(|form| guess::is_front(&self.turns(form)))
-        {
-            self.report
-                .note("places are those of the front: so they move in turns; moved to the middle");
-            Some(-0.5)
-        } else {
-            None
-        };
-        self.ahead = ahead;
-        self.fill_sizes();
-        if is_corner {
-            for (row, track) in self.rows.track.iter().enumerate() {
-                let (length, width) = self.sizes[*track as usize];
-                // The upper left one: lengths are along the x-axis.
-                self.places[row] += Vector::new(length / 2.0, -width / 2.0);
-            }
-        }
-        let Some(part) = ahead else {
-            return;
-        };
-        for (track, rows) in self.order.iter().enumerate() {
-            let length = self.sizes[track].0;
-            let headings: Vec<f64> = match form {
-                Some(form) => rows.iter().map(|row| self.heading(form, *row)).collect(),
-                None => {
-                    let places: Vec<Point> =
-                        rows.iter().map(|r| self.places[*r as usize]).collect();
-                    let steps: Vec<i64> = (0..).take(places.len()).collect();
-                    let derived = motion::derive(&steps, &places, 0.1);
-                    derived.into_iter().map(|d| d.heading).collect()
-                }
-            };
-            for (row, heading) in rows.iter().zip(headings) {
-                let along = Vector::new(heading.cos(), heading.sin());
-                self.places[*row as usize] += along * (length * part);
-            }
-        }
-    }
-
-    /// Pairs with headings in radians.
-    fn turns(&self, form: HeadingForm) -> Vec<Pair> {
-        let radians = |written: f64| signed(form, written);
-        let mut pairs = self.pairs();
-        for pair in &mut pairs {
-            pair.heading = (radians(pair.heading.0), radians(pair.heading.1));
-        }
-        pairs.retain(|pair| pair.heading.0.is_finite() && pair.heading.1.is_finite());
-        pairs
-    }
-
     /// The heading of a row, radians; NaN where it has none.
     pub(super) fn heading(&self, form: HeadingForm, row: u32) -> f64 {
         let written = self
@@ -601,51 +512,7 @@ impl<'a> Work<'a> {
             .map_or(f64::NAN, |h| h[row as usize]);
         signed(form, written)
     }
-
-    /// Kinds by class or size, and sizes of those that have none.
-    fn fill_sizes(&mut self) {
-        let mut assumed = Vec::new();
-        let has_class = self.columns.of.contains_key(&Role::Class);
-        for track in 0..self.sizes.len() {
-            let kind = self.kind(track);
-            let size = &mut self.sizes[track];
-            if size.0 <= 0.0 || size.1 <= 0.0 {
-                let usual = assembly::default_size(kind);
-                assumed.push(kind);
-                // Some tables have lengths only.
-                if size.0 <= 0.0 {
-                    size.0 = usual.0;
-                }
-                if size.1 <= 0.0 {
-                    size.1 = usual.1;
-                }
-            }
-        }
-        if !has_class {
-            self.report
-                .note("no classes; taken by size, those without a size as cars");
-        }
-        if !assumed.is_empty() {
-            self.report.note(format!(
-                "tracks without a size: {}; assumed by class: {}",
-                assumed.len(),
-                assembly::in_words(assumed)
-            ));
-        }
-    }
-
-    pub(super) fn kind(&self, track: usize) -> ObstacleType {
-        let class = &self.rows.tracks[track].class;
-        match self.said.kind {
-            Some(kind) => kind(class),
-            None if class.is_empty() => assembly::kind_by_size(self.sizes[track]),
-            None => assembly::kind_by_class(class),
-        }
-    }
 }
 
 /// Headings farther off the motion on average are told, radians.
 const ODD_HEADING: f64 = 0.35;
-
-/// So far is the middle of a body before its rear axle, in its lengths.
-const REAR_AXLE: f64 = 0.28;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use super::batch::{Batch, Values, Wanted};
+use super::columns::Columns;
 use crate::recordings::rows;
 
 /// A file that cannot be read.
@@ -36,6 +37,8 @@ pub enum Form {
     Spaced,
     /// A row is an object of JSON.
     JsonLines,
+    /// All rows are an array of objects of JSON.
+    JsonArray,
 }
 
 /// A mistake in a cell or row.
@@ -56,41 +59,41 @@ const BLOCK: usize = 2 << 20;
 const LONGEST_LINE: usize = 1 << 20;
 
 impl Layout {
-    /// The layout of a table that begins with `head`; nothing where that is no table.
-    pub fn detect(head: &[u8]) -> Option<Self> {
+    /// The layout of a table that begins with `head`; nothing where that is no table. Where what is `said` of tables are
+    /// places of columns, and a number stands where x is, it has no header.
+    pub fn detect(head: &[u8], said: &[&Columns]) -> Option<Self> {
         let text = String::from_utf8_lossy(head);
         let text = text.trim_start_matches('\u{feff}');
         if text.contains('\0') {
             return None;
         }
-        if text.starts_with('{') {
-            let first: Value = serde_json::from_str(text.lines().next()?).ok()?;
-            let mut names = Vec::new();
-            flatten(&first, "", &mut names);
-            return Some(Self {
-                form: Form::JsonLines,
-                names,
-                before: 0,
-            });
+        if text.starts_with(['{', '[']) {
+            return Self::json(text);
         }
-        // Comments and empty lines may stand before the header.
+        // Comments and empty lines may stand before the header, and the header may be a comment.
         let mut before = 0;
+        let mut comment = "";
         let line = text.lines().find(|line| {
-            let comment = line.trim().is_empty() || line.starts_with('#') && !line.contains(',');
-            before += usize::from(comment);
-            !comment
+            let is_comment = line.trim().is_empty() || line.starts_with('#');
+            if is_comment {
+                before += 1;
+                comment = line.trim_start_matches('#');
+            }
+            !is_comment
         })?;
-        let plain = line.trim_start_matches("# ").trim_start_matches('#');
-        let (separator, mut names) = rows::columns_of(plain.as_bytes());
-        let mut form = Form::Separated(separator);
-        if names.len() == 1 && plain.split_whitespace().count() > 2 {
-            form = Form::Spaced;
-            names = plain.split_whitespace().map(rows::name).collect();
-        }
+        let (form, mut names) = fields(line);
         if names.len() < 3 {
             return None;
         }
-        if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+        let is_number = |field: &String| rows::number(field, form.separator()).is_some();
+        let (_, commented) = fields(comment);
+        let is_header = commented.len() > 2 && !commented.iter().any(is_number);
+        if is_header
+            && names.iter().any(is_number)
+            && (commented.len() == names.len() || comment.contains(','))
+        {
+            names = commented;
+        } else if names.iter().all(is_number) || said.iter().any(|said| said.are_places(&names)) {
             names = (1..=names.len()).map(|place| place.to_string()).collect();
         } else {
             before += 1;
@@ -102,7 +105,24 @@ impl Layout {
         })
     }
 
-    /// Which times and scenarios are where in a table; `wanted` are its clock and, perhaps, the names of scenarios.
+    /// That of objects of JSON, in lines or in an array.
+    fn json(text: &str) -> Option<Self> {
+        let (form, first) = match text.strip_prefix('[') {
+            Some(elements) => (Form::JsonArray, elements),
+            None => (Form::JsonLines, text.lines().next()?),
+        };
+        let mut values = serde_json::Deserializer::from_str(first).into_iter();
+        let first: Value = values.next()?.ok()?;
+        let mut names = Vec::new();
+        flatten(&first, "", &mut names);
+        first.is_object().then_some(Self {
+            form,
+            names,
+            before: 0,
+        })
+    }
+
+    /// Which times and scenarios are where in a table; `wanted` are its clock and names.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -110,7 +130,7 @@ impl Layout {
         &self,
         source: &mut dyn Read,
         wanted: &[Wanted],
-        take: &mut dyn FnMut(Piece, &Batch),
+        take: &mut dyn FnMut(Piece, Batch),
     ) -> Result<(), BadCell> {
         let places = self.places(wanted);
         self.blocks(source, &mut |some| {
@@ -121,7 +141,7 @@ impl Layout {
             let read: Vec<Result<(Piece, Batch), BadCell>> = read.collect();
             read.into_iter().try_for_each(|one| {
                 let (piece, rows) = one?;
-                take(piece, &rows);
+                take(piece, rows);
                 Ok(())
             })
         })
@@ -166,6 +186,13 @@ impl Layout {
         source: &mut dyn Read,
         take: &mut dyn FnMut(&[Block]) -> Result<(), BadCell>,
     ) -> Result<(), BadCell> {
+        let mut elements;
+        let source: &mut dyn Read = if self.form == Form::JsonArray {
+            elements = Elements::of(source);
+            &mut elements
+        } else {
+            source
+        };
         let mut blocks = Blocks {
             source,
             rest: Vec::new(),
@@ -197,7 +224,7 @@ impl Layout {
         places: &[Option<usize>],
     ) -> Result<Batch, BadCell> {
         match self.form {
-            Form::JsonLines => json_rows(first, block, wanted),
+            Form::JsonLines | Form::JsonArray => json_rows(first, block, wanted),
             Form::Separated(separator) => self.separated(first, block, separator, wanted, places),
             Form::Spaced => {
                 let mut plain = Vec::with_capacity(block.len());
@@ -217,6 +244,14 @@ impl Layout {
                 self.separated(first, &plain, b'\t', wanted, places)
             }
         }
+    }
+
+    /// Whether a row is the header once more, as where files were put one behind the other.
+    fn is_header(&self, record: &csv::ByteRecord) -> bool {
+        let is_name = |(field, name): (&[u8], &String)| {
+            std::str::from_utf8(field).is_ok_and(|field| rows::bare(field) == name)
+        };
+        record.len() == self.names.len() && record.iter().zip(&self.names).all(is_name)
     }
 
     fn separated(
@@ -250,6 +285,10 @@ impl Layout {
             if line - first < skipped || is_comment || record.iter().all(<[u8]>::is_empty) {
                 continue;
             }
+            if self.is_header(&record) {
+                batch.headers += 1;
+                continue;
+            }
             if let Some(why) = rows::too_long(record.iter(), self.names.len()) {
                 return Err(bad("", why));
             }
@@ -272,6 +311,77 @@ impl Layout {
             }
             batch.lines.push(u32::try_from(line).unwrap_or(u32::MAX));
         }
+    }
+}
+
+/// The fields of a line, and what is between them.
+fn fields(line: &str) -> (Form, Vec<String>) {
+    let (separator, names) = rows::columns_of(line.as_bytes());
+    let spaced: Vec<String> = line.split_whitespace().map(rows::name).collect();
+    if names.len() == 1 && spaced.len() > 2 {
+        return (Form::Spaced, spaced);
+    }
+    (Form::Separated(separator), names)
+}
+
+impl Form {
+    /// What is between fields once they are split.
+    fn separator(self) -> u8 {
+        match self {
+            Self::Separated(separator) => separator,
+            Self::Spaced | Self::JsonLines | Self::JsonArray => b'\t',
+        }
+    }
+}
+
+/// The elements of an array of JSON as lines.
+struct Elements<'r> {
+    source: &'r mut dyn Read,
+    /// Within so many brackets and braces.
+    depth: usize,
+    is_text: bool,
+    is_escaped: bool,
+}
+
+impl<'r> Elements<'r> {
+    fn of(source: &'r mut dyn Read) -> Self {
+        Self {
+            source,
+            depth: 0,
+            is_text: false,
+            is_escaped: false,
+        }
+    }
+
+    /// A byte as it is in lines.
+    fn line(&mut self, byte: u8) -> u8 {
+        if self.is_text {
+            self.is_text = byte != b'"' || self.is_escaped;
+            self.is_escaped = byte == b'\\' && !self.is_escaped;
+            return byte;
+        }
+        let outer = self.depth;
+        match byte {
+            b'"' => self.is_text = true,
+            b'[' | b'{' => self.depth += 1,
+            b']' | b'}' => self.depth = outer.saturating_sub(1),
+            b',' if outer == 1 => return b'\n',
+            b'\n' | b'\r' => return b' ',
+            _ => {}
+        }
+        // The brackets of the array itself.
+        let is_outermost = outer.min(self.depth) == 0 && outer != self.depth;
+        if is_outermost { b' ' } else { byte }
+    }
+}
+
+impl Read for Elements<'_> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.source.read(into)?;
+        for byte in &mut into[..count] {
+            *byte = self.line(*byte);
+        }
+        Ok(count)
     }
 }
 
@@ -472,7 +582,7 @@ mod tests {
     }
 
     fn rows(text: &str) -> Result<Vec<(String, f64, u32)>, BadCell> {
-        let layout = Layout::detect(text.as_bytes()).unwrap();
+        let layout = Layout::detect(text.as_bytes(), &[]).unwrap();
         let mut all = Vec::new();
         layout.read(&mut text.as_bytes(), &wanted(), &mut |batch| {
             let [Values::Texts(ids, texts), Values::Numbers(x)] = &batch.values[..] else {
@@ -497,9 +607,18 @@ mod tests {
         ] {
             assert_eq!(rows(text).unwrap(), expected, "{text:?}");
         }
+        let array = "[{\"id\":\"a\",\"x\":1.5,\"t\":[0,1]},\n {\"id\":\"b]\\\"\",\n\"x\":2.5}]\n";
+        let expected = [("a".to_string(), 1.5, 1), ("b]\"".to_string(), 2.5, 2)];
+        assert_eq!(rows(array).unwrap(), expected);
         let json = "{\"id\":\"a\",\"x\":1.5,\"t\":0}\n{\"x\":\"2.5\",\"id\":\"b\",\"t\":1}\n";
         let lines: Vec<u32> = rows(json).unwrap().iter().map(|row| row.2).collect();
         assert_eq!(lines, [1, 2]);
+    }
+
+    #[test]
+    fn the_header_may_come_once_more() {
+        let text = "\u{feff}id,x,t\na,1,0\n\u{feff}id,\"x\",t\nb,2,0\n";
+        assert_eq!(rows(text).unwrap().len(), 2);
     }
 
     #[test]
@@ -536,12 +655,26 @@ mod tests {
 
     #[test]
     fn tables_without_a_header_have_numbers_as_names() {
-        let layout = Layout::detect(b"1 2.5 3\n4 5 6\n").unwrap();
+        let layout = Layout::detect(b"1 2.5 3\n4 5 6\n", &[]).unwrap();
         assert_eq!((layout.form, layout.before), (Form::Spaced, 0));
         assert_eq!(layout.names, ["1", "2", "3"]);
-        assert_eq!(Layout::detect(b"<xml>"), None);
-        assert_eq!(Layout::detect(b"a,b\n"), None);
-        let nested = Layout::detect(b"{\"p\":{\"x\":1,\"y\":[2,3]},\"t\":4}\n").unwrap();
+        // A text, or an id of 1, makes no header where places are said.
+        let said: Columns = "time=1,id=2,x=3,y=4,class=5".parse().unwrap();
+        for row in ["0.0,7,3.5,4.5,car", "0.0,1,3.5,4.5,car"] {
+            let layout = Layout::detect(row.as_bytes(), &[&said]).unwrap();
+            assert_eq!((layout.before, layout.names.len()), (0, 5));
+            assert_eq!(layout.names[4], "5");
+        }
+        let named = Layout::detect(b"1,2,x,y\n0,1,2,3\n", &[&said]).unwrap();
+        assert_eq!(named.names[2], "x");
+        // As `np.savetxt` writes names.
+        for text in ["# of today\n# t id x\n0.0 1 2.5\n", "#t,id,x\n0.0,1,2.5\n"] {
+            let layout = Layout::detect(text.as_bytes(), &[]).unwrap();
+            assert_eq!(layout.names, ["t", "id", "x"]);
+        }
+        assert_eq!(Layout::detect(b"<xml>", &[]), None);
+        assert_eq!(Layout::detect(b"a,b\n", &[]), None);
+        let nested = Layout::detect(b"{\"p\":{\"x\":1,\"y\":[2,3]},\"t\":4}\n", &[]).unwrap();
         assert_eq!(nested.names, ["p.x", "p.y.0", "p.y.1", "t"]);
     }
 }

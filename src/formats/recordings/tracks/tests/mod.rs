@@ -10,6 +10,8 @@ use nearmiss_scene::scenario::{Obstacle, Scenario, Severity};
 
 use super::*;
 
+mod odd;
+
 /// Someone of the scene at a moment.
 struct Moment {
     step: i64,
@@ -481,6 +483,28 @@ fn damage_has_a_line() {
     assert!(
         said.contains("no column `tt`") && said.contains("`t`"),
         "{said}"
+    );
+}
+
+#[test]
+fn a_place_needs_both_of_its_numbers_in_one_unit() {
+    for header in ["time,id,x,lat", "time,id,lon,y"] {
+        let text = format!("{header}\n0,1,5,48\n0.1,1,6,48\n");
+        assert!(
+            read(text.as_bytes(), &TableOptions::default()).is_err(),
+            "{header}"
+        );
+    }
+}
+
+#[test]
+fn windows_begin_at_unix_times() {
+    let report = Report::about("t.csv");
+    let window = super::super::windows::WindowRequest::parse("track=1@1714564800.5s", &report);
+    let window = window.unwrap();
+    assert_eq!(
+        (window.track.as_str(), window.start),
+        ("1", Some(1_714_564_800.5))
     );
 }
 
