@@ -29,6 +29,9 @@ pub(super) fn sentence(subject: &str, facts: &[Fact]) -> String {
         let link = match (fact, place) {
             (_, 0) => "",
             (Fact::ShortTtc { .. }, _) => ", ",
+            (Fact::SpeedUp { .. }, _) if matches!(facts[place - 1], Fact::Brake { .. }) => {
+                ", then "
+            }
             (Fact::Pass { .. }, _) => "; ",
             (Fact::Contact { .. } | Fact::Nearest { .. }, _) => "; ",
             _ if same => " and ",
@@ -148,10 +151,18 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             high,
             from,
             to,
-        } => format!(
-            "{}keeps on with {low:.1} to {high:.1} m/s between {from:.1} and {to:.1} s",
-            one(who)
-        ),
+        } => {
+            let (low, high) = (format!("{low:.1}"), format!("{high:.1}"));
+            let speeds = if low == high {
+                low
+            } else {
+                format!("{low} to {high}")
+            };
+            format!(
+                "{}keeps on with {speeds} m/s between {from:.1} and {to:.1} s",
+                one(who)
+            )
+        }
         Fact::Pass {
             first,
             left,
@@ -172,7 +183,7 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             is_told,
         } => {
             let (whole, seconds) = (whole(is_told), least(seconds, "s", 2));
-            format!("{whole}the time to collision is lowest at {time:.1} s: {seconds}")
+            format!("the time to collision is lowest{whole} at {time:.1} s: {seconds}")
         }
         Fact::ShortTtc { time, .. } => match facts {
             [Fact::ShortTtc { .. }, ..] => {
@@ -210,7 +221,7 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             let outside = matches!(facts, [Fact::LowestTtc { is_told: false, .. }, ..]);
             let (whole, distance) = (whole(is_told || outside), least(distance, "m", 2));
             let place = side(place);
-            format!("{whole}at {time:.1} s they are nearest: {distance}, with {subject} {place}")
+            format!("they are nearest{whole} at {time:.1} s: {distance}, with {subject} {place}")
         }
     }
 }
@@ -222,7 +233,7 @@ fn whole(is_told: bool) -> &'static str {
     if is_told {
         ""
     } else {
-        "in the whole recording "
+        " in the whole recording"
     }
 }
 
