@@ -129,8 +129,8 @@ fn of_ego(ego: &Ego, is_free: bool, scenario: &Scenario, notes: &mut Notes) -> A
         nearmiss_scene::scenario::EgoSource::Obstacle(id) => scenario.obstacle(id),
         _ => None,
     };
-    let own = scenario.recorded_ego.as_ref().map(|own| &own.obstacle);
-    let own = own.filter(|own| own.id == ego.id);
+    let recorded = scenario.recorded_ego.as_ref().map(|own| &own.obstacle);
+    let own = recorded.filter(|own| own.id == ego.id);
     let mut motion = stretches(ego.track.iter());
     if is_free {
         motion.truncate(1);

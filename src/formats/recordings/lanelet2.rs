@@ -93,8 +93,8 @@ fn tell_of_places(report: &Report, nodes: &HashMap<i64, Place>) {
 /// Nodes in the recording's metres.
 fn in_metres(nodes: &HashMap<i64, Place>, placement: Placement) -> HashMap<i64, Point> {
     // One zone for all, so that a map at a zone's edge stays whole: that of its westernmost node.
-    let longitudes = nodes.values().filter_map(Place::degrees_alone);
-    let longitudes = longitudes.map(|(_, lon)| lon);
+    let places = nodes.values().filter_map(Place::degrees_alone);
+    let longitudes = places.map(|place| place.1);
     let zone = utm::zone(longitudes.fold(f64::MAX, f64::min).min(180.0));
     let metres = nodes.iter().filter_map(|(id, place)| {
         let (x, y) = match (placement, place.metres, place.degrees) {

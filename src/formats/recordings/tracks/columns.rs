@@ -7,6 +7,8 @@ use std::str::FromStr;
 use nearmiss_base::system::unknown;
 use strum::IntoEnumIterator;
 
+use crate::recordings::rows;
+
 /// What a column can tell of a track.
 #[derive(
     Debug,
@@ -375,15 +377,14 @@ impl Columns {
     /// Whether these are places of columns and a row, the first of a table, is none of names: a number stands where x is.
     pub fn are_places(&self, row: &[String]) -> bool {
         let place = |source: &Source| -> Option<usize> {
-            let place: usize = source.column.parse().ok()?;
-            (1..=row.len()).contains(&place).then_some(place - 1)
+            let from_1: usize = source.column.parse().ok()?;
+            (1..=row.len()).contains(&from_1).then_some(from_1 - 1)
         };
-        let x = self
-            .of
-            .get(&Role::X)
-            .or_else(|| self.of.get(&Role::Longitude));
-        let x = x.and_then(place).map(|place| &row[place]);
-        x.is_some_and(|x| crate::recordings::rows::number(x, b';').is_some())
+        let mut x = [Role::X, Role::Longitude]
+            .into_iter()
+            .filter_map(|role| place(self.of.get(&role)?));
+        x.next()
+            .is_some_and(|x| rows::number(&row[x], b';').is_some())
             && self.of.values().all(|source| place(source).is_some())
     }
 
@@ -418,7 +419,7 @@ impl Columns {
         } else {
             format!("found: {self}; ")
         };
-        let one = if missing == ["id"] {
+        let one = if missing.len() == 1 && !self.of.contains_key(&Role::Id) {
             "; if each road user has a file of its own, give each a column id and join them"
         } else {
             ""

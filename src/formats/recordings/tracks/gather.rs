@@ -231,7 +231,7 @@ pub fn plain_number(text: String) -> String {
 }
 
 fn is_yes(text: &str) -> bool {
-    let text = text.to_lowercase();
-    let is_one = text.parse::<f64>().is_ok_and(|value| value == 1.0);
-    is_one || matches!(text.as_str(), "true" | "yes" | "y") || EGO.contains(&text.as_str())
+    let lower = text.to_lowercase();
+    let is_one = lower.parse::<f64>().is_ok_and(|value| value == 1.0);
+    is_one || matches!(lower.as_str(), "true" | "yes" | "y") || EGO.contains(&lower.as_str())
 }

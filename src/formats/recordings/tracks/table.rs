@@ -430,11 +430,11 @@ impl<'a> Work<'a> {
                 }
             }
             let is_many = off[0].len() > 20;
-            let off = off.map(assembly::median);
-            self.is_turned = ways[usize::from(is_many && off[1] < off[0])];
+            let middle = off.map(assembly::median);
+            self.is_turned = ways[usize::from(is_many && middle[1] < middle[0])];
             self.is_local = self.said.trust == Trust::Nothing
                 && is_many
-                && off.iter().all(|off| *off > 0.6)
+                && middle.iter().all(|off| *off > 0.6)
                 && self.numbers(Role::Heading).is_some();
             if self.is_local {
                 self.report.note(format!(

@@ -145,8 +145,8 @@ impl Work<'_> {
                 .map(|pair| self.times[pair[1] as usize] - self.times[pair[0] as usize])
         });
         let about = found.clone().unwrap_or_else(|_| typical(between.collect()));
-        let usual = known.or(usual_step(about));
-        let usual = usual.filter(|usual| (last - first) / usual <= MOST_STEPS);
+        let likely = known.or(usual_step(about));
+        let usual = likely.filter(|usual| (last - first) / usual <= MOST_STEPS);
         let time_step = match (usual, found) {
             (Some(usual), found) => {
                 let mut steps = found.into_iter().chain([usual]);
@@ -189,13 +189,13 @@ impl Work<'_> {
                         i += 1;
                     }
                     let pair = (rows[i], rows[(i + 1).min(rows.len() - 1)]);
-                    let part = (then - time(pair.0)) / (time(pair.1) - time(pair.0));
-                    let part = if part.is_finite() { part } else { 0.0 };
-                    between.push(Between {
-                        step,
-                        pair,
-                        part: part.clamp(-0.5, 1.5),
-                    });
+                    let long = time(pair.1) - time(pair.0);
+                    let part = if long > 0.0 {
+                        ((then - time(pair.0)) / long).clamp(-0.5, 1.5)
+                    } else {
+                        0.0
+                    };
+                    between.push(Between { step, pair, part });
                     tracks.push(track);
                     next = step + 1;
                 }
