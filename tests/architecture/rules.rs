@@ -71,9 +71,21 @@ const HOMES: [(&str, &[&str]); 30] = [
         "zstd",
         &["formats/recordings/tracks/", "formats/recordings/osi/"],
     ),
-    ("arrow_array", &["formats/recordings/tracks/arrow.rs"]),
+    (
+        "arrow_array",
+        &[
+            "formats/recordings/py123d.rs",
+            "formats/recordings/tracks/arrow.rs",
+        ],
+    ),
     ("arrow_cast", &["formats/recordings/tracks/arrow.rs"]),
-    ("arrow_ipc", &["formats/recordings/tracks/arrow.rs"]),
+    (
+        "arrow_ipc",
+        &[
+            "formats/recordings/py123d.rs",
+            "formats/recordings/tracks/arrow.rs",
+        ],
+    ),
     ("arrow_schema", &["formats/recordings/tracks/arrow.rs"]),
     (
         "parquet",
