@@ -281,6 +281,11 @@ impl Layout {
             if !more.map_err(|error| bad("", error.to_string()))? {
                 return Ok(batch);
             }
+            if let Some(place) = record.iter().position(|field| field.contains(&b'\n')) {
+                let column = self.names.get(place).map_or("", String::as_str);
+                let message = "a quoted value over several lines; is a quote missing?";
+                return Err(bad(column, message.into()));
+            }
             let is_comment = record.get(0).is_some_and(|field| field.starts_with(b"#"));
             if line - first < skipped || is_comment || record.iter().all(<[u8]>::is_empty) {
                 continue;
@@ -292,9 +297,14 @@ impl Layout {
             if let Some(why) = rows::too_long(record.iter(), self.names.len()) {
                 return Err(bad("", why));
             }
-            if record.len() + 1 < self.names.len() && record.len() < needed(places) {
+            // Between spaces no value can be empty.
+            let fewest = match self.form {
+                Form::Spaced => self.names.len(),
+                _ => needed(places),
+            };
+            if record.len() < fewest {
                 let message = format!(
-                    "{} values for {} columns; the line is cut off",
+                    "{} values for {} columns; the line is cut off, or a value is missing",
                     record.len(),
                     self.names.len()
                 );
@@ -650,6 +660,16 @@ mod tests {
         );
         assert!(error("id,x,t\na,1,0,7\n").starts_with("2:: 4 fields for 3"));
         assert!(error("id,t,y,x\na,1,0,1\nb,1\n").starts_with("3:: 2 values for 4"));
+        // One that is short of a value may lack it anywhere.
+        assert!(error("id,t,y,x\na,1,0,1\nb,1,0\n").starts_with("3:: 3 values for 4"));
+        assert!(error("id x t\na 1 0\nb 1\n").starts_with("3:: 2 values for 3"));
+        assert_eq!(rows("id,x,note\na,1\n").map(|rows| rows.len()), Ok(1));
+        for text in [
+            "id,x,t,note\na,1,0,\nb,2,1,\"see\nc,3,2,\n",
+            "id,x,t,note\na,1,0,\nb,2,1,\"see\nthis\"\nc,3,2,\n",
+        ] {
+            assert!(error(text).starts_with("3:note: a quoted value over several lines"));
+        }
         assert!(error("{\"id\":1,\"x\":2}\n{\"id\"").starts_with("2:: not an object"));
     }
 
