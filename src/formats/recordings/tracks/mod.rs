@@ -326,7 +326,7 @@ impl Plan {
         let about = AboutTable {
             source: self.known.map_or(SOURCE, |known| known.source),
             tags: self.known.map_or(&[], |known| known.tags),
-            how: format!("{} {:?}", self.columns, self.rate),
+            how: format!("{} {:?}", self.columns.how(), self.rate),
             notes: vec![format!("columns are known by {}", self.by)],
         };
         let map = self.map.clone().or_else(|| self.known?.map?(path));
@@ -653,11 +653,13 @@ fn numbers<'t>(tracks: impl Iterator<Item = (&'t str, &'t str)>) -> Vec<i64> {
     }
     let mut found = vec![0; of_scenario.values().map(Vec::len).sum()];
     for tracks in of_scenario.into_values() {
+        // Of `12`, `012` and `+12` only the first one is called so.
+        let exact = |name: &str| positive(name).filter(|id| id.to_string() == name);
         let number = |name: &str| {
             let end = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
             // Longer ones are no numbers of road users.
             let is_short = name.len() - end <= LONGEST_NUMBER;
-            positive(name).or_else(|| positive(&name[end..]).filter(|_| is_short))
+            exact(name).or_else(|| positive(&name[end..]).filter(|_| is_short))
         };
         let mut counts: HashMap<i64, usize> = HashMap::new();
         for number in tracks.iter().filter_map(|(_, name)| number(name)) {
@@ -665,7 +667,7 @@ fn numbers<'t>(tracks: impl Iterator<Item = (&'t str, &'t str)>) -> Vec<i64> {
         }
         let own = |name: &str| {
             let number = number(name)?;
-            (positive(name).is_some() || counts[&number] == 1).then_some(number)
+            (exact(name).is_some() || counts[&number] == 1).then_some(number)
         };
         let known = tracks.iter().filter_map(|(_, name)| own(name));
         let mut ids = Ids::beyond(known.clone());

@@ -477,10 +477,8 @@ impl<'a> Work<'a> {
             found.push("clockwise from north");
         }
         if !found.is_empty() {
-            let message = format!(
-                "headings are {}: so they agree with the motion",
-                found.join(", ")
-            );
+            let why = off.map_or("so large are they", |_| "so they agree with the motion");
+            let message = format!("headings are {}: {why}", found.join(", "));
             self.report.at(&*column).note(Severity::Note, message);
         }
         match off {

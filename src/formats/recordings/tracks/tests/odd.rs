@@ -513,6 +513,9 @@ fn road_users_keep_the_numbers_of_their_names_and_the_ego_its_class() {
     // Of two with the same number neither is meant.
     assert_eq!(ids(&["car_1", "truck_1", "2", "bus_2"]), [3, 4, 2, 5]);
     assert_eq!(ids(&["a1700000000000000001", "b"]), [1, 2]);
+    // Of names of the same number only the one that is written so has it.
+    assert_eq!(ids(&["012", "12", "+12"]), [13, 12, 14]);
+    assert_eq!(ids(&["007", "veh_8"]), [7, 8]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.csv");
     let text = lines(
@@ -548,4 +551,30 @@ fn road_users_keep_the_numbers_of_their_names_and_the_ego_its_class() {
         text.contains("truck,true") && text.contains("bus,false"),
         "{text}"
     );
+}
+
+#[test]
+fn the_hash_tells_units_and_conventions() {
+    let text = lines(PLAIN, &[("1", &circle)], 30, plain);
+    let hash = |columns: &str| {
+        let said = with(columns, None);
+        read(text.as_bytes(), &said).unwrap().hash
+    };
+    let all = ["x=x", "x=x[m]", "x=x[ft]", "x=x[front]", "y=y[down]"].map(hash);
+    for (i, one) in all.iter().enumerate() {
+        assert!(!all[..i].contains(one), "{i}");
+    }
+}
+
+#[test]
+fn headings_beyond_a_turn_stay_radians() {
+    let text = lines(PLAIN, &[("1", &circle)], 250, plain);
+    let found = read(text.as_bytes(), &TableOptions::default()).unwrap();
+    follows(&found, 1, circle, CLOSE);
+    assert!(!notes(&found).contains("degrees"), "{}", notes(&found));
+    let stands = |_: f64| [0.0, 0.0, 90.0, 0.0];
+    let text = lines(PLAIN, &[("1", &stands)], 40, plain);
+    let found = read(text.as_bytes(), &TableOptions::default()).unwrap();
+    let said = notes(&found);
+    assert!(said.contains("in degrees: so large are they"), "{said}");
 }
