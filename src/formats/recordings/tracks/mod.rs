@@ -387,6 +387,8 @@ pub struct Table {
     hashed: HashedBeginning,
     leftovers: Leftovers,
     ids: HashMap<usize, i64>,
+    /// Steps of the whole table before the first one of this stretch.
+    before: i64,
 }
 
 /// Whose data it is, and how it is read.
@@ -520,6 +522,7 @@ impl Table {
         let names = recorded.tracks.iter().map(|t| (&*t.scenario, &*t.name));
         Self {
             ids: numbers(names).into_iter().enumerate().collect(),
+            before: 0,
             recorded,
             about,
             map,
