@@ -46,6 +46,7 @@ pub use arrow::Form as ColumnForm;
 pub use batch::Wanted;
 pub(super) use batch::{Batch, Dictionary, Values};
 pub(super) use columns::Role;
+use columns::Source;
 pub use columns::{Columns, ColumnsError};
 pub use forecast::{Forecast, read_forecasts};
 pub(super) use gather::Rows;
@@ -323,11 +324,21 @@ impl Plan {
         hashed: HashedBeginning,
         leftovers: Leftovers,
     ) -> Table {
+        let mut notes = vec![format!("columns are known by {}", self.by)];
+        for Source { column, .. } in self.columns.of.values() {
+            let count = self.names.iter().filter(|name| *name == column).count();
+            if count > 1 {
+                let name = batch::shown(column);
+                notes.push(format!(
+                    "{count} columns are called `{name}`; the first is used"
+                ));
+            }
+        }
         let about = AboutTable {
             source: self.known.map_or(SOURCE, |known| known.source),
             tags: self.known.map_or(&[], |known| known.tags),
             how: format!("{} {:?}", self.columns.how(), self.rate),
-            notes: vec![format!("columns are known by {}", self.by)],
+            notes,
         };
         let map = self.map.clone().or_else(|| self.known?.map?(path));
         Table::with(

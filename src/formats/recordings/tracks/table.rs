@@ -259,6 +259,9 @@ impl<'a> Work<'a> {
         self.report.note_count(self.rows.headers, |n| {
             format!("header lines between rows: {n}; skipped")
         });
+        self.report.note_count(self.rows.unknown, |n| {
+            format!("values of keys that none of the first rows has: {n}; not read")
+        });
         self.report.note_count(self.rows.commas, |n| {
             format!("numbers with a decimal comma: {n}; read as with a point")
         });

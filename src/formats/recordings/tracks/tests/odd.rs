@@ -578,3 +578,18 @@ fn headings_beyond_a_turn_stay_radians() {
     let said = notes(&found);
     assert!(said.contains("in degrees: so large are they"), "{said}");
 }
+
+#[test]
+fn columns_of_the_same_name_are_told() {
+    let header = format!("{PLAIN},x");
+    let text = lines(&header, &[("1", &circle)], 30, |t, name, at| {
+        format!("{},7", plain(t, name, at))
+    });
+    let found = read(text.as_bytes(), &TableOptions::default()).unwrap();
+    follows(&found, 1, circle, CLOSE);
+    let said = notes(&found);
+    assert!(
+        said.contains("2 columns are called `x`; the first is used"),
+        "{said}"
+    );
+}
