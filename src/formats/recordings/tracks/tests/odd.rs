@@ -593,3 +593,23 @@ fn columns_of_the_same_name_are_told() {
         "{said}"
     );
 }
+
+#[test]
+fn a_folder_gives_tables_that_are_packed_or_have_other_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = lines(PLAIN, &[("1", &circle), ("2", &stops)], 30, plain);
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packed, text.as_bytes()).unwrap();
+    for (name, bytes) in [
+        ("a.csv.gz", packed.finish().unwrap()),
+        ("b.tsv", text.replace(',', "\t").into_bytes()),
+        ("c.txt", text.replace(',', " ").into_bytes()),
+        ("d.csv.zst", zstd::encode_all(text.as_bytes(), 1).unwrap()),
+        ("readme.txt", b"Recorded by Ann, Bob and Eve.\n".to_vec()),
+    ] {
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let found = crate::find(&[folder.path().to_path_buf()]).unwrap();
+    assert_eq!(found.entries.len(), 4, "{:?}", found.entries);
+    assert!(found.passed_over.is_empty(), "{:?}", found.passed_over);
+}
