@@ -114,9 +114,18 @@ pub(super) fn is_recording(file: &Path) -> bool {
 }
 
 /// How recordings are called, those that are read and the others that people have.
-const NAMES: [&str; 12] = [
+const NAMES: [&str; 21] = [
     ".parquet",
     ".csv",
+    ".csv.gz",
+    ".tsv",
+    ".tsv.gz",
+    ".txt",
+    ".txt.gz",
+    ".jsonl",
+    ".jsonl.gz",
+    ".json.gz",
+    ".zst",
     ".xosc",
     ".db",
     ".osm",
@@ -278,5 +287,21 @@ mod tests {
         let missing = folder.path().join("c#1");
         assert_eq!(of(&missing), (missing, None));
         assert_eq!(plain_name("track=12@34.0s"), "track-12-34.0s");
+    }
+
+    #[test]
+    fn packed_tables_have_names_of_recordings() {
+        for name in [
+            "a.csv",
+            "A.CSV.GZ",
+            "a.tsv",
+            "a.txt",
+            "a.jsonl",
+            "a.json.gz",
+            "a.csv.zst",
+        ] {
+            assert!(is_recording_name(Path::new(name)), "{name}");
+        }
+        assert!(!is_recording_name(Path::new("a.rs")));
     }
 }

@@ -386,6 +386,7 @@ pub fn kind_by_class(class: &str) -> ObstacleType {
     let found = CLASSES.iter().find(|(part, _)| class.contains(part));
     match class.as_str() {
         "ego" | "av" | "sdc" | "agent" | "host" => ObstacleType::Car,
+        "motor_vehicle" | "human_vehicle" | "passenger" => ObstacleType::Car,
         _ => found.map_or(ObstacleType::Unknown, |(_, kind)| *kind),
     }
 }
@@ -440,5 +441,14 @@ mod tests {
             [3, 10, 11, 12, 13]
         );
         assert_eq!(ids.fresh(), 14);
+    }
+
+    #[test]
+    fn vehicles_of_motors_and_humans_are_cars() {
+        for class in ["motor_vehicle", "HUMAN_VEHICLE", "passenger", "agent"] {
+            assert_eq!(kind_by_class(class), ObstacleType::Car, "{class}");
+        }
+        let motorcycle = kind_by_class("vehicle.motorcycle");
+        assert_eq!(motorcycle, ObstacleType::Motorcycle);
     }
 }

@@ -160,16 +160,28 @@ const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 /// most columns.
 pub fn columns_of(head: &[u8]) -> (u8, Vec<String>) {
     let line = head.split(|b| *b == b'\n').next().unwrap_or_default();
-    let count = |separator: u8| line.iter().filter(|b| **b == separator).count();
+    let split = |separator: u8| {
+        let mut table = csv::ReaderBuilder::new()
+            .delimiter(separator)
+            .has_headers(false)
+            .terminator(csv::Terminator::Any(b'\n'))
+            .from_reader(line);
+        let record = table.byte_records().next().and_then(Result::ok);
+        (separator, record.unwrap_or_default())
+    };
     // Of as many the first one.
-    let separator = SEPARATORS
-        .into_iter()
-        .rev()
-        .max_by_key(|s| count(*s))
-        .unwrap_or(b',');
-    let line = String::from_utf8_lossy(line);
-    let names = line.split(char::from(separator)).map(name);
-    (separator, names.collect())
+    let all = SEPARATORS.map(split).into_iter().rev();
+    let (separator, fields) = all
+        .max_by_key(|(_, fields)| fields.len())
+        .unwrap_or_default();
+    let names: Vec<String> = fields
+        .iter()
+        .map(|field| name(&String::from_utf8_lossy(field)))
+        .collect();
+    match names[..] {
+        [] => (separator, vec![String::new()]),
+        _ => (separator, names),
+    }
 }
 
 /// The name of a column without what surrounds it.
@@ -285,6 +297,10 @@ mod tests {
         assert_eq!(
             header("\u{feff}a; \"b, c\" ;d\r\n"),
             (';', "a|b, c|d".into())
+        );
+        assert_eq!(
+            header("\u{feff}\"t\",\"x,m\",\"y;z\"\r\n"),
+            (',', "t|x,m|y;z".into())
         );
         assert_eq!(header("a\tb"), ('\t', "a|b".into()));
         assert_eq!(header("words"), (',', "words".into()));

@@ -24,6 +24,8 @@ pub struct Batch {
     pub commas: usize,
     /// Lines that are the header once more.
     pub headers: usize,
+    /// Values of keys that no column has.
+    pub unknown: usize,
 }
 
 /// Values of a column in a batch.

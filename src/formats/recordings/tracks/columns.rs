@@ -321,6 +321,17 @@ impl fmt::Display for Columns {
 }
 
 impl Columns {
+    /// In words with the units and conventions that they say, for hashes.
+    pub(super) fn how(&self) -> String {
+        let units = self.of.iter().filter_map(|(role, source)| {
+            let factor = source.factor?;
+            Some(format!(" {}[{factor}]", role.name()))
+        });
+        let conventions = self.conventions.iter().map(|said| format!(" {said:?}"));
+        let said: String = units.chain(conventions).collect();
+        format!("{self}{said}")
+    }
+
     /// These, and for roles that they do not name those of `others`.
     pub fn or(mut self, others: Self) -> Self {
         let used: Vec<String> = self.of.values().map(|s| s.column.clone()).collect();

@@ -23,6 +23,8 @@ pub struct Rows {
     pub(super) commas: usize,
     /// Lines that are the header once more.
     pub(super) headers: usize,
+    /// Values of keys that no column has.
+    pub(super) unknown: usize,
     /// Rows without a time, place or name, and the first one's line.
     pub(super) incomplete: (usize, u32),
     /// Which rows are taken; else all.
@@ -74,6 +76,7 @@ impl Rows {
         batch.join_times(roles);
         self.commas += batch.commas;
         self.headers += batch.headers;
+        self.unknown += batch.unknown;
         if self.lines.len() + batch.lines.len() > MOST_ROWS {
             return Err(BadCell {
                 line: self.lines.len(),

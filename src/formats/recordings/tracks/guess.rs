@@ -158,6 +158,18 @@ pub fn heading_off(pairs: &[Pair], form: HeadingForm) -> Option<f64> {
     (count >= FEWEST).then(|| sum / count as f64)
 }
 
+/// Whether headings are so large that they may be degrees; few are mistakes.
+fn are_large(pairs: &[Pair]) -> bool {
+    let all = pairs.iter().map(|p| p.heading.1).filter(|h| h.is_finite());
+    let (count, large) = all.fold((0, 0), |(count, large), heading| {
+        (count + 1, large + usize::from(heading.abs() > TAU + 0.1))
+    });
+    large > 0 && large * FEW >= count
+}
+
+/// One of so many is few.
+const FEW: usize = 10;
+
 /// How headings are written: as they agree best with the moves, and by how much they do, radians. What is known already
 /// is kept. Where too little moves, degrees are told by their size.
 pub fn heading_form(
@@ -165,24 +177,23 @@ pub fn heading_form(
     degrees: Option<bool>,
     from_north: Option<bool>,
 ) -> (HeadingForm, Option<f64>) {
-    let large = pairs.iter().any(|p| p.heading.1.abs() > TAU + 0.1);
-    let degrees = degrees.or(large.then_some(true));
     let usual = HeadingForm {
-        degrees: degrees.unwrap_or(false),
+        degrees: degrees.unwrap_or_else(|| are_large(pairs)),
         from_north: from_north.unwrap_or(false),
         mirrored: false,
     };
     if heading_off(pairs, usual).is_none() {
         return (usual, None);
     }
-    let choices = |known: Option<bool>| match known {
+    let choices = |known: Option<bool>, usual: bool| match known {
         Some(known) => vec![known],
-        None => vec![false, true],
+        None => vec![usual, !usual],
     };
     let mut best = (usual, f64::MAX);
     for mirrored in [false, true] {
-        for from_north in choices(from_north) {
-            for degrees in choices(degrees) {
+        // Radians may be large, too: of a road user that turned and turned.
+        for degrees in choices(degrees, usual.degrees) {
+            for from_north in choices(from_north, false) {
                 let form = HeadingForm {
                     degrees,
                     from_north,
@@ -275,6 +286,20 @@ mod tests {
         assert!((compass[7].heading.1.to_radians() - (FRAC_PI_2 - 0.4)).abs() < 1e-9);
         assert!((found.radians(compass[7].heading.1) - 0.4).abs() < 1e-9);
         assert_eq!(form(&compass[..3]).1, None);
+        // Radians that go on beyond a turn.
+        assert_eq!(
+            form(&circle(|h| h + 2.0 * TAU, 1.3)).0,
+            said(false, false, false)
+        );
+        let stands = |heading: f64| Pair {
+            moved: Vector::new(0.0, 0.0),
+            heading: (heading, heading),
+            ..compass[0]
+        };
+        let mut one: Vec<Pair> = (0..40).map(|_| stands(1.6)).collect();
+        one.push(stands(31.4));
+        assert_eq!(form(&one), (HeadingForm::default(), None));
+        assert!(form(&[stands(90.0)]).0.degrees);
     }
 
     #[test]

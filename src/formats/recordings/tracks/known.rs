@@ -166,8 +166,11 @@ fn ngsim(class: &str) -> ObstacleType {
 }
 
 /// `OTHERS` are mostly vehicles.
-fn argoverse(_: &str) -> ObstacleType {
-    ObstacleType::Car
+fn argoverse(class: &str) -> ObstacleType {
+    match kind_by_class(class) {
+        ObstacleType::Unknown => ObstacleType::Car,
+        kind => kind,
+    }
 }
 
 /// The tables of vehicles, and of the pedestrians and bicycles of the same recording beside it.
@@ -195,4 +198,23 @@ fn interaction_map(tracks: &Path) -> Option<PathBuf> {
     let maps = folders.flat_map(|above| [above.join("maps"), above.join("map")]);
     let named = maps.flat_map(|maps| [place, file].map(|name| maps.join(format!("{name}.osm"))));
     named.into_iter().find(|map| map.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_of_argoverse_are_what_they_say_or_cars() {
+        for (class, kind) in [
+            ("AV", ObstacleType::Car),
+            ("AGENT", ObstacleType::Car),
+            ("OTHERS", ObstacleType::Car),
+            ("PEDESTRIAN", ObstacleType::Pedestrian),
+            ("BICYCLE", ObstacleType::Bicycle),
+            ("BUS", ObstacleType::Bus),
+        ] {
+            assert_eq!(argoverse(class), kind, "{class}");
+        }
+    }
 }

@@ -18,7 +18,7 @@ use super::{Leftovers, Plan, Table, Written, hashed, numbers};
 use crate::commonroad::ReadError;
 use crate::dispatch::{Address, Parts, Stretches};
 use crate::recordings::Report;
-use crate::recordings::windows::{self, LongRecording, WindowRequest};
+use crate::recordings::windows::{self, WindowRequest};
 
 /// Text of more bytes is read in stretches.
 const LARGE_TEXT: u64 = 192 << 20;
@@ -46,7 +46,7 @@ pub struct Outline {
     plan: Plan,
     path: PathBuf,
     pieces: Vec<Piece>,
-    /// Names of scenarios; none where the table has no column of them.
+    /// Names of scenarios; none where the table has one.
     scenarios: Vec<String>,
     /// Ids of tracks by their names, where the table has one scenario.
     ids: HashMap<String, i64>,
@@ -58,6 +58,8 @@ pub struct Outline {
     /// The units and conventions of the first stretch, and what is said of them.
     decided: Option<Decided>,
     notes: Vec<Diagnostic>,
+    /// When step 0 is, seconds.
+    start: f64,
 }
 
 /// Rows that are read together.
@@ -126,6 +128,7 @@ impl Outline {
             hashed: hashed(&[path], &report)?,
             decided: None,
             notes: Vec::new(),
+            start: 0.0,
             path: path.to_path_buf(),
             plan,
         };
@@ -133,7 +136,9 @@ impl Outline {
         outline.check(&report)?;
         // What the units are is found out once, so that all stretches agree.
         let first = outline.stretches(None)[0];
-        let recorded = outline.recorded(first, None, &report)?;
+        let rows = outline.rows_of(first, None, &report)?;
+        let recorded = outline.recorded(rows, &report)?;
+        outline.start = recorded.start;
         outline.decided = Some(recorded.decided);
         let mut notes = recorded.diagnostics;
         notes.retain(|said| said.severity == Severity::Note && said.line == 0);
@@ -144,30 +149,28 @@ impl Outline {
     fn find_pieces(&mut self, report: &Report) -> Result<(), ReadError> {
         let clock = self.plan.columns.clock(self.plan.rate);
         let (roles, wanted) = self.plan.wanted();
-        let has_scenarios = self.plan.columns.of.contains_key(&Role::Scenario);
-        let named = if has_scenarios {
-            Role::Scenario
-        } else {
-            Role::Id
-        };
-        let looked_at = [clock, Role::Nanoseconds, named];
+        let looked_at = [clock, Role::Nanoseconds, Role::Scenario, Role::Id];
         let some = roles.into_iter().zip(wanted);
         let (roles, wanted): (Vec<Role>, Vec<Wanted>) =
             some.filter(|(role, _)| looked_at.contains(role)).unzip();
         let place = |wanted: Role| roles.iter().position(|role| *role == wanted);
-        let (times, named) = (place(clock), place(named));
-        let (mut pieces, mut names) = (Vec::new(), Names::default());
+        let (times, scenario, id) = (place(clock), place(Role::Scenario), place(Role::Id));
+        let (mut pieces, mut names, mut ids) = (Vec::new(), Names::default(), Names::default());
         let mut add = |place, mut batch: Batch| {
             batch.join_times(&roles);
             let Some(Values::Numbers(times)) = times.map(|times| &batch.values[times]) else {
                 return;
             };
             let some = || times.iter().copied().filter(|time| time.is_finite());
-            let named = match named.map(|place| &batch.values[place]) {
-                Some(Values::Texts(_, texts)) => names.places(&texts.texts),
-                _ => Vec::new(),
+            let texts = |place: Option<usize>| match place.map(|place| &batch.values[place]) {
+                Some(Values::Texts(_, texts)) => &texts.texts[..],
+                _ => &[],
             };
-            let scenarios = if has_scenarios { named } else { Vec::new() };
+            let scenarios = names.places(texts(scenario));
+            // Ids of several scenarios are theirs.
+            if names.all.len() < 2 {
+                ids.places(texts(id));
+            }
             pieces.push(Piece {
                 place,
                 rows: batch.lines.len() as u64,
@@ -214,11 +217,12 @@ impl Outline {
         });
         self.rows = pieces.iter().map(|piece| piece.rows).sum();
         self.pieces = pieces;
-        if has_scenarios {
+        // A scenario of minutes is listed as a table without one.
+        if names.all.len() > 1 {
             self.scenarios = names.all;
         } else {
-            let ids = numbers(names.all.iter().map(|name| ("", &**name)));
-            self.ids = names.all.into_iter().zip(ids).collect();
+            let found = numbers(ids.all.iter().map(|name| ("", &**name)));
+            self.ids = ids.all.into_iter().zip(found).collect();
         }
         Ok(())
     }
@@ -283,13 +287,13 @@ impl Outline {
         })
     }
 
-    /// The tracks of some times and perhaps of one scenario.
-    fn recorded(
+    /// The rows of some times and perhaps of one scenario.
+    fn rows_of(
         &self,
         times: (f64, f64),
         scenario: Option<&str>,
         report: &Report,
-    ) -> Result<Recorded, ReadError> {
+    ) -> Result<Rows, ReadError> {
         let (roles, wanted) = self.plan.wanted();
         let mut rows = Rows::only(Slice {
             clock: self.plan.columns.clock(self.plan.rate),
@@ -313,6 +317,10 @@ impl Outline {
             }
         });
         read.map_err(|bad: BadCell| self.plan.wrong(report, bad))?;
+        Ok(rows)
+    }
+
+    fn recorded(&self, rows: Rows, report: &Report) -> Result<Recorded, ReadError> {
         let said = Said {
             decided: self.decided,
             ..self.plan.said()
@@ -320,19 +328,16 @@ impl Outline {
         Recorded::new(rows, &self.plan.columns, said, report.file())
     }
 
-    fn table(
-        &self,
-        times: (f64, f64),
-        scenario: Option<&str>,
-        report: &Report,
-    ) -> Result<Table, ReadError> {
-        let mut recorded = self.recorded(times, scenario, report)?;
+    fn table(&self, rows: Rows, report: &Report) -> Result<Table, ReadError> {
+        let mut recorded = self.recorded(rows, report)?;
         let notes = self.notes.iter().cloned();
         recorded.diagnostics.splice(0..0, notes);
         let leftovers = Leftovers::default();
+        let before = (recorded.start - self.start) / recorded.time_step;
         let mut table = self
             .plan
             .table(recorded, &self.path, self.hashed.clone(), leftovers);
+        table.before = before.round() as i64;
         // A road user has the same id in every stretch.
         for (place, track) in table.recorded.tracks.iter().enumerate() {
             if let Some(id) = self.ids.get(&track.name) {
@@ -360,10 +365,15 @@ impl Outline {
         let outline = Arc::clone(self);
         let window = outline.written(windows::LENGTH);
         let all = outline.stretches(Some(window)).into_iter();
-        let stretches = all.map(move |times| -> Result<LongRecording, ReadError> {
+        let stretches = all.filter_map(move |times| {
             let report = Report::about(outline.path.display().to_string());
-            let table = outline.table(times, None, &report)?;
-            table.long_recording(report)
+            let rows = match outline.rows_of(times, None, &report) {
+                // In a pause nobody is there.
+                Ok(rows) if rows.count() == 0 => return None,
+                rows => rows,
+            };
+            let table = rows.and_then(|rows| outline.table(rows, &report));
+            Some(table.and_then(|table| table.long_recording(report)))
         });
         let stretches: Stretches = Box::new(stretches);
         Parts::Stretches(stretches)
@@ -377,7 +387,8 @@ impl Outline {
         let part = address.part.as_deref();
         let everything = (f64::NEG_INFINITY, f64::INFINITY);
         if let Some(name) = part.filter(|part| self.scenarios.iter().any(|s| s == part)) {
-            let table = self.table(everything, Some(name), &report)?;
+            let rows = self.rows_of(everything, Some(name), &report)?;
+            let table = self.table(rows, &report)?;
             return table.open(&address.file, part, report);
         }
         let window = part
@@ -393,7 +404,8 @@ impl Outline {
         };
         let times = [start - MARGIN, start + windows::LENGTH + MARGIN];
         let [from, to] = times.map(|time| self.written(time));
-        let table = self.table((from, to), None, &report)?;
+        let rows = self.rows_of((from, to), None, &report)?;
+        let table = self.table(rows, &report)?;
         table.open(&address.file, part, report)
     }
 }
@@ -508,6 +520,9 @@ mod tests {
                 let of_stretch = outline.open_at(&address, report()).unwrap();
                 let of_whole = whole.open_at(&address).unwrap();
                 assert_eq!(of_stretch.dt(), of_whole.dt());
+                assert_eq!(of_stretch.hash, of_whole.hash);
+                let name = |scenario: &Scenario| scenario.header.benchmark_id.clone();
+                assert_eq!(name(&of_stretch), name(&of_whole));
                 for (a, b) in of_stretch.obstacles.iter().zip(&of_whole.obstacles) {
                     assert_eq!(a.id, b.id);
                     let states = a.track().iter().zip(b.track().iter());
@@ -525,5 +540,46 @@ mod tests {
             let error = outline.open_at(&without_time, report()).unwrap_err();
             assert!(error.to_string().contains("ten seconds"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_pause_and_a_scenario_of_one_name_are_listed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        let mut table = String::from("scenario,time,id,x,y\n");
+        for (start, name) in [(0, "b"), (0, "c"), (100_000, "a"), (100_000, "c")] {
+            for i in 0..200 {
+                let time = f64::from(start) + f64::from(i) * 0.1;
+                writeln!(table, "one,{time:.1},{name},{i},0").unwrap();
+            }
+        }
+        std::fs::write(&path, table).unwrap();
+        let report = || Report::about("t");
+        let plan = super::super::plan(&path, &report()).unwrap();
+        let outline = Arc::new(Outline::read(plan, &path, 100.0).unwrap());
+        let Parts::Stretches(stretches) = outline.parts() else {
+            panic!("not in stretches")
+        };
+        let mut list = WindowList::default();
+        for stretch in stretches {
+            let stretch = stretch.unwrap();
+            list.add(&stretch, &stretch.beginnings());
+        }
+        assert_eq!(list.addresses().len(), 4, "{:?}", list.addresses());
+        let opened = |part: &str| {
+            let address = Address {
+                file: path.clone(),
+                part: Some(part.into()),
+            };
+            outline.open_at(&address, report()).unwrap()
+        };
+        let [first, second] = ["track=c@0.0s", "track=c@100000.0s"].map(opened);
+        let ids = |scenario: &Scenario| {
+            let ego = scenario.recorded_ego.as_ref().unwrap().obstacle.id;
+            (scenario.obstacles[0].id, ego)
+        };
+        assert_eq!((ids(&first), ids(&second)), ((1, 2), (3, 2)));
+        assert_ne!(first.hash, second.hash);
+        assert_ne!(first.header.benchmark_id, second.header.benchmark_id);
     }
 }

@@ -46,6 +46,7 @@ pub use arrow::Form as ColumnForm;
 pub use batch::Wanted;
 pub(super) use batch::{Batch, Dictionary, Values};
 pub(super) use columns::Role;
+use columns::Source;
 pub use columns::{Columns, ColumnsError};
 pub use forecast::{Forecast, read_forecasts};
 pub(super) use gather::Rows;
@@ -323,11 +324,21 @@ impl Plan {
         hashed: HashedBeginning,
         leftovers: Leftovers,
     ) -> Table {
+        let mut notes = vec![format!("columns are known by {}", self.by)];
+        for Source { column, .. } in self.columns.of.values() {
+            let count = self.names.iter().filter(|name| *name == column).count();
+            if count > 1 {
+                let name = batch::shown(column);
+                notes.push(format!(
+                    "{count} columns are called `{name}`; the first is used"
+                ));
+            }
+        }
         let about = AboutTable {
             source: self.known.map_or(SOURCE, |known| known.source),
             tags: self.known.map_or(&[], |known| known.tags),
-            how: format!("{} {:?}", self.columns, self.rate),
-            notes: vec![format!("columns are known by {}", self.by)],
+            how: format!("{} {:?}", self.columns.how(), self.rate),
+            notes,
         };
         let map = self.map.clone().or_else(|| self.known?.map?(path));
         Table::with(
@@ -387,6 +398,8 @@ pub struct Table {
     hashed: HashedBeginning,
     leftovers: Leftovers,
     ids: HashMap<usize, i64>,
+    /// Steps of the whole table before the first one of this stretch.
+    before: i64,
 }
 
 /// Whose data it is, and how it is read.
@@ -520,6 +533,7 @@ impl Table {
         let names = recorded.tracks.iter().map(|t| (&*t.scenario, &*t.name));
         Self {
             ids: numbers(names).into_iter().enumerate().collect(),
+            before: 0,
             recorded,
             about,
             map,
@@ -653,11 +667,13 @@ fn numbers<'t>(tracks: impl Iterator<Item = (&'t str, &'t str)>) -> Vec<i64> {
     }
     let mut found = vec![0; of_scenario.values().map(Vec::len).sum()];
     for tracks in of_scenario.into_values() {
+        // Of `12`, `012` and `+12` only the first one is called so.
+        let exact = |name: &str| positive(name).filter(|id| id.to_string() == name);
         let number = |name: &str| {
             let end = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
             // Longer ones are no numbers of road users.
             let is_short = name.len() - end <= LONGEST_NUMBER;
-            positive(name).or_else(|| positive(&name[end..]).filter(|_| is_short))
+            exact(name).or_else(|| positive(&name[end..]).filter(|_| is_short))
         };
         let mut counts: HashMap<i64, usize> = HashMap::new();
         for number in tracks.iter().filter_map(|(_, name)| number(name)) {
@@ -665,7 +681,7 @@ fn numbers<'t>(tracks: impl Iterator<Item = (&'t str, &'t str)>) -> Vec<i64> {
         }
         let own = |name: &str| {
             let number = number(name)?;
-            (positive(name).is_some() || counts[&number] == 1).then_some(number)
+            (exact(name).is_some() || counts[&number] == 1).then_some(number)
         };
         let known = tracks.iter().filter_map(|(_, name)| own(name));
         let mut ids = Ids::beyond(known.clone());

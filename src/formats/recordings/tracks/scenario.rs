@@ -210,13 +210,15 @@ impl Table {
         }
         let ego = ego.and_then(|place| self.ids.get(&place).copied());
         let (map, map_hash) = self.map(&report, steps.0, &tracks)?;
-        let around = format!("{name} {steps:?} {ego:?} {}", self.about.how);
+        // A window is the same one in a stretch as in the whole table.
+        let whole = (steps.0 + self.before, steps.1 + self.before);
+        let around = format!("{name} {whole:?} {ego:?} {}", self.about.how);
         let about = About {
             source: self.about.source,
             benchmark_id: format!(
                 "ZAM_Tracks-1_{}_T-{}",
                 ego.unwrap_or(1).max(1),
-                steps.0.max(0) + 1
+                whole.0.max(0) + 1
             ),
             time_step_size: self.recorded.time_step,
             tags: self.about.tags.iter().map(ToString::to_string).collect(),

@@ -259,6 +259,9 @@ impl<'a> Work<'a> {
         self.report.note_count(self.rows.headers, |n| {
             format!("header lines between rows: {n}; skipped")
         });
+        self.report.note_count(self.rows.unknown, |n| {
+            format!("values of keys that none of the first rows has: {n}; not read")
+        });
         self.report.note_count(self.rows.commas, |n| {
             format!("numbers with a decimal comma: {n}; read as with a point")
         });
@@ -477,10 +480,8 @@ impl<'a> Work<'a> {
             found.push("clockwise from north");
         }
         if !found.is_empty() {
-            let message = format!(
-                "headings are {}: so they agree with the motion",
-                found.join(", ")
-            );
+            let why = off.map_or("so large are they", |_| "so they agree with the motion");
+            let message = format!("headings are {}: {why}", found.join(", "));
             self.report.at(&*column).note(Severity::Note, message);
         }
         match off {

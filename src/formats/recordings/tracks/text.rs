@@ -1,5 +1,7 @@
 //! Rows of tables in text: separated values and JSON lines, in blocks that are read at once on all cores.
 
+use std::borrow::Cow;
+use std::collections::HashSet;
 use std::io::Read;
 
 use rayon::prelude::*;
@@ -105,16 +107,29 @@ impl Layout {
         })
     }
 
-    /// That of objects of JSON, in lines or in an array.
+    /// That of objects of JSON, in lines or in an array. The first rows may lack values: columns are those of all.
     fn json(text: &str) -> Option<Self> {
-        let (form, first) = match text.strip_prefix('[') {
-            Some(elements) => (Form::JsonArray, elements),
-            None => (Form::JsonLines, text.lines().next()?),
+        let (form, lines) = if text.starts_with('[') {
+            let mut lines = Vec::new();
+            // The end of it is cut off, perhaps within a letter.
+            Elements::of(&mut text.as_bytes())
+                .read_to_end(&mut lines)
+                .ok()?;
+            (Form::JsonArray, Cow::Owned(lines))
+        } else {
+            (Form::JsonLines, Cow::Borrowed(text.as_bytes()))
         };
-        let mut values = serde_json::Deserializer::from_str(first).into_iter();
-        let first: Value = values.next()?.ok()?;
+        let all = lines.split(|b| *b == b'\n');
+        let mut rows = all.filter(|line| !line.trim_ascii().is_empty());
+        let first: Value = serde_json::from_slice(rows.next()?).ok()?;
         let mut names = Vec::new();
         flatten(&first, "", &mut names);
+        for row in rows.map_while(|row| serde_json::from_slice(row).ok()) {
+            let mut more = Vec::new();
+            flatten(&row, "", &mut more);
+            more.retain(|name| !names.contains(name));
+            names.extend(more);
+        }
         first.is_object().then_some(Self {
             form,
             names,
@@ -224,7 +239,7 @@ impl Layout {
         places: &[Option<usize>],
     ) -> Result<Batch, BadCell> {
         match self.form {
-            Form::JsonLines | Form::JsonArray => json_rows(first, block, wanted),
+            Form::JsonLines | Form::JsonArray => json_rows(first, block, wanted, &self.names),
             Form::Separated(separator) => self.separated(first, block, separator, wanted, places),
             Form::Spaced => {
                 let mut plain = Vec::with_capacity(block.len());
@@ -249,7 +264,8 @@ impl Layout {
     /// Whether a row is the header once more, as where files were put one behind the other.
     fn is_header(&self, record: &csv::ByteRecord) -> bool {
         let is_name = |(field, name): (&[u8], &String)| {
-            std::str::from_utf8(field).is_ok_and(|field| rows::bare(field) == name)
+            let field = std::str::from_utf8(field);
+            field.is_ok_and(|field| rows::bare(field.trim_start_matches('#')) == name)
         };
         record.len() == self.names.len() && record.iter().zip(&self.names).all(is_name)
     }
@@ -264,6 +280,9 @@ impl Layout {
     ) -> Result<Batch, BadCell> {
         let mut batch = Batch::new(wanted);
         let skipped = self.before.saturating_sub(first - 1);
+        // A text in the first column may begin as comments do, a number may not.
+        let mut of = places.iter().zip(wanted);
+        let begins_with_number = of.any(|(place, of)| *place == Some(0) && !of.is_text);
         let mut table = csv::ReaderBuilder::new()
             .delimiter(separator)
             .has_headers(false)
@@ -281,7 +300,14 @@ impl Layout {
             if !more.map_err(|error| bad("", error.to_string()))? {
                 return Ok(batch);
             }
-            let is_comment = record.get(0).is_some_and(|field| field.starts_with(b"#"));
+            if let Some(place) = record.iter().position(|field| field.contains(&b'\n')) {
+                let column = self.names.get(place).map_or("", String::as_str);
+                let message = "a quoted value over several lines; is a quote missing?";
+                return Err(bad(column, message.into()));
+            }
+            let is_marked = record.get(0).is_some_and(|field| field.starts_with(b"#"));
+            let is_row = record.len() == self.names.len() && !begins_with_number;
+            let is_comment = is_marked && !is_row && !self.is_header(&record);
             if line - first < skipped || is_comment || record.iter().all(<[u8]>::is_empty) {
                 continue;
             }
@@ -292,9 +318,14 @@ impl Layout {
             if let Some(why) = rows::too_long(record.iter(), self.names.len()) {
                 return Err(bad("", why));
             }
-            if record.len() + 1 < self.names.len() && record.len() < needed(places) {
+            // Between spaces no value can be empty.
+            let fewest = match self.form {
+                Form::Spaced => self.names.len(),
+                _ => needed(places),
+            };
+            if record.len() < fewest {
                 let message = format!(
-                    "{} values for {} columns; the line is cut off",
+                    "{} values for {} columns; the line is cut off, or a value is missing",
                     record.len(),
                     self.names.len()
                 );
@@ -499,8 +530,19 @@ impl Blocks<'_> {
     }
 }
 
-fn json_rows(first: usize, block: &[u8], wanted: &[Wanted]) -> Result<Batch, BadCell> {
+fn json_rows(
+    first: usize,
+    block: &[u8],
+    wanted: &[Wanted],
+    names: &[String],
+) -> Result<Batch, BadCell> {
     let mut batch = Batch::new(wanted);
+    // Also those of objects within, as `position` of `position.x`.
+    let known = names.iter().flat_map(|name| {
+        let dots = name.match_indices('.').map(|(at, _)| at);
+        dots.chain([name.len()]).map(|end| &name[..end])
+    });
+    let known: HashSet<&str> = known.collect();
     for (i, line) in block.split(|b| *b == b'\n').enumerate() {
         if line.trim_ascii().is_empty() {
             continue;
@@ -512,6 +554,8 @@ fn json_rows(first: usize, block: &[u8], wanted: &[Wanted]) -> Result<Batch, Bad
         };
         let row: Value = serde_json::from_slice(line)
             .map_err(|error| bad("", format!("not an object of JSON ({error})")))?;
+        let keys = row.as_object().into_iter().flat_map(|row| row.keys());
+        batch.unknown += keys.filter(|key| !known.contains(key.as_str())).count();
         for (column, wanted) in wanted.iter().enumerate() {
             let value = at(&row, &wanted.name);
             let done = match (value, &mut batch.values[column]) {
@@ -650,6 +694,21 @@ mod tests {
         );
         assert!(error("id,x,t\na,1,0,7\n").starts_with("2:: 4 fields for 3"));
         assert!(error("id,t,y,x\na,1,0,1\nb,1\n").starts_with("3:: 2 values for 4"));
+        // One that is short of a value may lack it anywhere.
+        assert!(error("id,t,y,x\na,1,0,1\nb,1,0\n").starts_with("3:: 3 values for 4"));
+        assert!(error("id x t\na 1 0\nb 1\n").starts_with("3:: 2 values for 3"));
+        assert_eq!(rows("id,x,note\na,1\n").map(|rows| rows.len()), Ok(1));
+        for text in [
+            "id,x,t,note\na,1,0,\nb,2,1,\"see\nc,3,2,\n",
+            "id,x,t,note\na,1,0,\nb,2,1,\"see\nthis\"\nc,3,2,\n",
+        ] {
+            assert!(error(text).starts_with("3:note: a quoted value over several lines"));
+        }
+        assert_eq!(rows("id,x,t\n# a\n#7,1,0\n").unwrap()[0].0, "#7");
+        assert_eq!(
+            rows("x,id,t\n#7,1,0\n# a,b,c\n").map(|rows| rows.len()),
+            Ok(0)
+        );
         assert!(error("{\"id\":1,\"x\":2}\n{\"id\"").starts_with("2:: not an object"));
     }
 
@@ -676,5 +735,17 @@ mod tests {
         assert_eq!(Layout::detect(b"a,b\n", &[]), None);
         let nested = Layout::detect(b"{\"p\":{\"x\":1,\"y\":[2,3]},\"t\":4}\n", &[]).unwrap();
         assert_eq!(nested.names, ["p.x", "p.y.0", "p.y.1", "t"]);
+        // Rows may lack values.
+        for text in [
+            "{\"t\":1}\n{\"t\":2,\"p\":{\"x\":3}}\n{\"id\":4}\n{\"cut",
+            "[{\"t\":1},\n{\"t\":2,\"p\":{\"x\":3}}, {\"id\":4}, {\"cut",
+        ] {
+            let layout = Layout::detect(text.as_bytes(), &[]).unwrap();
+            assert_eq!(layout.names, ["t", "p.x", "id"]);
+        }
+        let names = ["id", "p.x"].map(String::from);
+        let later = b"{\"id\":1,\"p\":{\"x\":2}}\n{\"id\":1,\"q\":3}\n";
+        let batch = json_rows(1, later, &wanted(), &names).unwrap();
+        assert_eq!((batch.unknown, batch.lines.len()), (1, 2));
     }
 }

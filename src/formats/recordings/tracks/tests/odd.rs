@@ -513,6 +513,9 @@ fn road_users_keep_the_numbers_of_their_names_and_the_ego_its_class() {
     // Of two with the same number neither is meant.
     assert_eq!(ids(&["car_1", "truck_1", "2", "bus_2"]), [3, 4, 2, 5]);
     assert_eq!(ids(&["a1700000000000000001", "b"]), [1, 2]);
+    // Of names of the same number only the one that is written so has it.
+    assert_eq!(ids(&["012", "12", "+12"]), [13, 12, 14]);
+    assert_eq!(ids(&["007", "veh_8"]), [7, 8]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.csv");
     let text = lines(
@@ -548,4 +551,65 @@ fn road_users_keep_the_numbers_of_their_names_and_the_ego_its_class() {
         text.contains("truck,true") && text.contains("bus,false"),
         "{text}"
     );
+}
+
+#[test]
+fn the_hash_tells_units_and_conventions() {
+    let text = lines(PLAIN, &[("1", &circle)], 30, plain);
+    let hash = |columns: &str| {
+        let said = with(columns, None);
+        read(text.as_bytes(), &said).unwrap().hash
+    };
+    let all = ["x=x", "x=x[m]", "x=x[ft]", "x=x[front]", "y=y[down]"].map(hash);
+    for (i, one) in all.iter().enumerate() {
+        assert!(!all[..i].contains(one), "{i}");
+    }
+}
+
+#[test]
+fn headings_beyond_a_turn_stay_radians() {
+    let text = lines(PLAIN, &[("1", &circle)], 250, plain);
+    let found = read(text.as_bytes(), &TableOptions::default()).unwrap();
+    follows(&found, 1, circle, CLOSE);
+    assert!(!notes(&found).contains("degrees"), "{}", notes(&found));
+    let stands = |_: f64| [0.0, 0.0, 90.0, 0.0];
+    let text = lines(PLAIN, &[("1", &stands)], 40, plain);
+    let found = read(text.as_bytes(), &TableOptions::default()).unwrap();
+    let said = notes(&found);
+    assert!(said.contains("in degrees: so large are they"), "{said}");
+}
+
+#[test]
+fn columns_of_the_same_name_are_told() {
+    let header = format!("{PLAIN},x");
+    let text = lines(&header, &[("1", &circle)], 30, |t, name, at| {
+        format!("{},7", plain(t, name, at))
+    });
+    let found = read(text.as_bytes(), &TableOptions::default()).unwrap();
+    follows(&found, 1, circle, CLOSE);
+    let said = notes(&found);
+    assert!(
+        said.contains("2 columns are called `x`; the first is used"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_folder_gives_tables_that_are_packed_or_have_other_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = lines(PLAIN, &[("1", &circle), ("2", &stops)], 30, plain);
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packed, text.as_bytes()).unwrap();
+    for (name, bytes) in [
+        ("a.csv.gz", packed.finish().unwrap()),
+        ("b.tsv", text.replace(',', "\t").into_bytes()),
+        ("c.txt", text.replace(',', " ").into_bytes()),
+        ("d.csv.zst", zstd::encode_all(text.as_bytes(), 1).unwrap()),
+        ("readme.txt", b"Recorded by Ann, Bob and Eve.\n".to_vec()),
+    ] {
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let found = crate::find(&[folder.path().to_path_buf()]).unwrap();
+    assert_eq!(found.entries.len(), 4, "{:?}", found.entries);
+    assert!(found.passed_over.is_empty(), "{:?}", found.passed_over);
 }
