@@ -14,7 +14,7 @@ const LONGEST: usize = 500;
 const LARGEST: usize = 1000;
 
 /// No formula is nested deeper.
-const DEEPEST: usize = 40;
+const DEEPEST: usize = 24;
 
 /// Highest power.
 const HIGHEST: f64 = 9.0;

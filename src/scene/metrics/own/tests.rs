@@ -194,7 +194,8 @@ fn mistakes_have_their_place_and_say_what_to_do() {
         assert!(found.contains(said), "{formula}: {found}");
     }
     assert!(words(&"-".repeat(501)).contains("more than 500 bytes"));
-    assert!(words(&"(".repeat(500)).contains("expected a number"));
+    assert!(words(&"(".repeat(20)).contains("expected a number"));
+    assert!(words(&"(".repeat(500)).contains("deep"));
 }
 
 #[test]
@@ -252,6 +253,20 @@ fn measures_use_each_other_but_not_themselves_and_stay_small() {
         .collect();
     let words = &OwnMeasures::new(&grown).unwrap_err()[0].words;
     assert!(words.contains("more than 1000 parts"), "{words}");
+}
+
+#[test]
+fn the_deepest_formulas_that_use_each_other_fit_the_stack() {
+    let ids: Vec<String> = (0..32).map(|n| format!("deep{n}")).collect();
+    let (open, close) = ("(".repeat(20), ")".repeat(20));
+    let formulas: Vec<String> = (1..32)
+        .map(|n| format!("{open}deep{n}{close}"))
+        .chain(["ttc".into()])
+        .collect();
+    let all: Vec<_> = { ids.iter().zip(&formulas) }
+        .map(|(id, formula)| own(id, formula))
+        .collect();
+    assert!(OwnMeasures::new(&all).is_ok());
 }
 
 #[test]
