@@ -52,9 +52,9 @@ enum Shown<'a> {
     /// An image, which the terminal paints.
     Image(Moment<'a>),
     /// A map in cells.
-    One(Painted<'a>),
+    One(Box<Painted<'a>>),
     /// Two of them, each with a row below it.
-    Two([(Painted<'a>, Rect); 2]),
+    Two(Box<[(Painted<'a>, Rect); 2]>),
 }
 
 /// Begins the map: everything but what stands on it and below it.
@@ -82,7 +82,7 @@ pub fn begin<'a>(f: &mut Frame<'_>, area: Rect, model: &'a Model) -> Begun<'a> {
             let title = second_title(&then, halves.second);
             window::divide(f, area, model, Pane::Map, halves.line, title);
             let first = half(f, halves.first, model, now, false);
-            Shown::Two([first, half(f, halves.second, model, then, true)])
+            Shown::Two(Box::new([first, half(f, halves.second, model, then, true)]))
         }
         None => {
             if second.is_some() {
@@ -176,7 +176,7 @@ fn alone<'a>(f: &mut Frame<'_>, area: Rect, model: &'a Model, now: Moment<'a>) -
             return Shown::Image(now);
         }
     }
-    Shown::One(one(f, area, model, now, false))
+    Shown::One(Box::new(one(f, area, model, now, false)))
 }
 
 /// A map in cells.
