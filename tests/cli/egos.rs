@@ -240,7 +240,10 @@ fn what_is_no_ego_is_named() {
         ("value.csv", vec!["line 5", "`x_position_vehicle_m`", "`x"]),
         (
             "missing.csv",
-            vec!["missing.csv", "id of an obstacle, a file, or planner"],
+            vec![
+                "missing.csv",
+                "id of an obstacle or its name in a table, a file, or planner",
+            ],
         ),
         (".", vec!["."]),
     ] {

@@ -156,7 +156,11 @@ fn inspect_names_file_line_and_element_of_what_is_wrong() {
             b"these are words".to_vec(),
             vec!["words.xml: text, not a scenario", "help scenarios"],
         ),
-        ("empty.xml", Vec::new(), vec!["empty.xml", "commonRoad"]),
+        (
+            "empty.xml",
+            Vec::new(),
+            vec!["empty.xml", "the file is empty"],
+        ),
         (
             "cut.xml",
             good.as_bytes()[..cut].to_vec(),
@@ -607,6 +611,7 @@ fn what_is_no_regular_file_is_refused_at_once() {
     home.run(&["prompt", "describe", CUT_IN])
         .status(2)
         .says(&["not a regular file"]);
+    std::fs::remove_file(home.config().join("config.toml")).unwrap();
     let huge = std::fs::File::create(home.files().join("huge.xml")).unwrap();
     huge.set_len(10 << 30).unwrap();
     home.run(&["inspect", "huge.xml"])

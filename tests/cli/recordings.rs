@@ -104,9 +104,16 @@ fn what_is_written_of_a_log_measures_the_same() {
     for said in ["nuPlan, 0.05 s per step", "9 lanelets", "map.gpkg"] {
         assert!(ended.stdout.contains(said), "{}", ended.stdout);
     }
-    home.run(&["inspect", &logs.join("a.db").display().to_string()])
+    let long = logs.join("a.db").display().to_string();
+    home.run(&["describe", &long])
         .status(2)
         .says(&["longer than 30 s", "a.db#track=ego@0.0s"]);
+    let listed = home.run(&["inspect", &long]).status(0);
+    assert!(
+        listed.stdout.contains("a.db#track=ego@"),
+        "{}",
+        listed.stdout
+    );
     let into = home.files().join("written.xml").display().to_string();
     home.run(&["convert", files[0], "-o", &into]).status(0);
     let measures = |path: &str| home.run(&["metrics", path]).status(0).measures();
@@ -128,9 +135,11 @@ fn a_part_that_is_not_there_is_named() {
     home.run(&["inspect", &format!("{file}#track=9")])
         .status(2)
         .says(&["no vehicle `9`; it has 7, 8"]);
-    home.run(&["inspect", &file])
+    home.run(&["describe", &file])
         .status(2)
         .says(&["longer than 30 s", "#track=7@"]);
+    let listed = home.run(&["inspect", &file]).status(0);
+    assert!(listed.stdout.contains("#track=7@"), "{}", listed.stdout);
     home.run(&["inspect", &format!("{file}x#1")])
         .status(2)
         .says(&["no such file"]);

@@ -284,9 +284,11 @@ fn a_log_of_esmini_opens_alone() {
     roads.status(0);
     let shown = home.run(&["inspect", "logs/short.csv", "--map", "map.xodr"]);
     assert!(shown.status(0).stdout.contains("map map.xodr"));
-    home.run(&["inspect", "logs/long.csv"])
+    home.run(&["describe", "logs/long.csv"])
         .status(2)
         .says(&["longer than 30 s", "#track=other@0.0s"]);
+    let listed = home.run(&["inspect", "logs/long.csv"]).status(0).stdout;
+    assert!(listed.contains("long.csv#track="), "{listed}");
     home.run(&["inspect", "logs/long.csv#track=Ego@5.0s"])
         .status(0);
     let listed = home.run(&["inspect", "logs"]).stdout;

@@ -94,11 +94,17 @@ impl Inspect {
         several || selects || matches!(format, Format::Csv | Format::Parquet)
     }
 
-    /// Whether the only file has several scenarios in it, of which no ego is chosen.
+    /// Whether the only file is listed by the scenarios in it, of which no ego is chosen.
     fn is_of_several(&self) -> bool {
-        let is_named = self.files.iter().any(|file| !file.is_file());
-        let found = || nearmiss_formats::find(&self.files).map_or(0, |found| found.entries.len());
-        self.ego.is_beside() && !is_named && found() > 1
+        let [file] = self.files.as_slice() else {
+            return false;
+        };
+        let has_parts = || {
+            let found = nearmiss_formats::find(&self.files).map(|found| found.entries);
+            let whole = EntryLocation::File(file.clone());
+            found.is_ok_and(|all| all.iter().any(|entry| entry.place != whole))
+        };
+        self.ego.is_beside() && file.is_file() && has_parts()
     }
 }
 

@@ -233,10 +233,11 @@ fn number(
             return Err(format!("filtering by `{key}` needs the list sorted by it"));
         }
         (_, None) => {
+            let first = ["risk", "distance", "ttc"];
             let known = ["obstacles", "duration", "answers", "severity"];
-            let all = known
-                .into_iter()
-                .chain(nearmiss_scene::metrics::measures().map(|m| m.id));
+            let all = nearmiss_scene::metrics::measures().map(|m| m.id);
+            let others = all.filter(move |id| !first.contains(id));
+            let all = first.into_iter().chain(known).chain(others);
             return Err(nearmiss_base::system::unknown("number", key, all));
         }
     };
