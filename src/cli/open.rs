@@ -419,7 +419,7 @@ impl Reading {
     }
 }
 
-/// Who plays OpenSCENARIO files as the configuration says, or why nobody does and what to do; its recordings are `kept`.
+/// Who plays OpenSCENARIO files as the configuration says, or why none does and what to do; its recordings are `kept`.
 fn player(said: Option<&str>, kept: Option<PathBuf>) -> Result<Player, String> {
     let found = match said {
         Some("off") => return Err("esmini could play it, but is \"off\" in config.toml".into()),

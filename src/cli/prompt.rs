@@ -350,7 +350,7 @@ impl Describe {
     fn tell(&self, entry: &Entry, context: &Context<'_>, named: bool) -> Outcome {
         let story = Story::new(context).ok_or_else(|| {
             Failure::input(format!(
-                "{}: nothing to tell: nobody is there with the ego",
+                "{}: nothing to tell: no other road user is there with the ego",
                 entry.display()
             ))
         })?;

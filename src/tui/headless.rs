@@ -186,7 +186,7 @@ impl Stage {
                 ego: &EgoSelection::Beside,
                 transform: plan.change,
                 strict: false,
-                stand_in: StandIn::Nobody,
+                stand_in: StandIn::None,
             },
             problem: None,
             settings: &default_planning(),

@@ -92,7 +92,7 @@ pub fn scene_with_ego(
 ///     ego: &EgoSelection::Beside,
 ///     transform: None,
 ///     strict: true,
-///     stand_in: StandIn::Nobody,
+///     stand_in: StandIn::None,
 /// })?;
 /// assert!(opened.scene.is_ok());
 /// # Ok::<(), nearmiss_workflow::OpenError>(())

@@ -292,7 +292,7 @@ fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, St
         ego: &ego,
         transform: None,
         strict: true,
-        stand_in: StandIn::Nobody,
+        stand_in: StandIn::None,
     };
     let prepared = prepare(&PlanRequest {
         open,

@@ -63,7 +63,7 @@ pub fn scene_to_export(
         ego: selection,
         transform: None,
         strict: matches!(ego, SimulatedEgo::Follows(_)),
-        stand_in: StandIn::Nobody,
+        stand_in: StandIn::None,
     };
     let opened = open(&opening).map_err(|e| named(e.to_string()))?;
     let (scenario, recorded) = match opened.scene {

@@ -16,9 +16,9 @@ use super::{INDEX_RADIUS, MissingEgo, OpenedScene};
 /// Who is the ego where none is recorded.
 #[derive(Debug, Clone, Copy)]
 pub enum StandIn<'a> {
-    /// Nobody.
-    Nobody,
-    /// Without a planning problem the follower of the most dangerous pair; with one nobody yet, as driving takes time.
+    /// None.
+    None,
+    /// Without a planning problem the follower of the most dangerous pair; with one none yet, as driving takes time.
     Follower,
     /// With a planning problem who is driven by the built-in planner with these settings; else that follower.
     Planner(&'a Settings),
@@ -28,7 +28,7 @@ impl StandIn<'_> {
     /// The scene of a scenario without a recorded ego.
     ///
     /// # Errors
-    /// Nobody stands in for it, or the planner cannot drive it.
+    /// None stands in for it, or the planner cannot drive it.
     pub fn scene(self, entry: &Entry, scenario: &Arc<Scenario>) -> Result<Arc<Scene>, MissingEgo> {
         let has_problem = !scenario.planning_problems.is_empty();
         match self {

@@ -21,7 +21,7 @@ fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> {
             ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
-            stand_in: StandIn::Nobody,
+            stand_in: StandIn::None,
         },
         problem: None,
         settings,
@@ -154,7 +154,7 @@ fn without_a_recorded_ego_the_planner_drives_or_the_most_dangerous_pair_chooses(
         note.contains("the built-in planner drives planning problem"),
         "{note}"
     );
-    // What takes time is left to whoever shows that it is under way.
+    // What takes time is left to the caller, which shows that it is under way.
     let later = opened(true, beside, StandIn::Follower);
     assert_eq!(later.scene.unwrap_err(), MissingEgo::NotRecorded);
     for stand_in in [StandIn::Follower, StandIn::Planner(&settings)] {
@@ -169,6 +169,6 @@ fn without_a_recorded_ego_the_planner_drives_or_the_most_dangerous_pair_chooses(
         let other = opened(false, &EgoSelection::Obstacle(id), stand_in);
         assert!(!other.stands_in && other.scene.unwrap().ego.diagnostics.is_empty());
     }
-    let nobody = opened(false, beside, StandIn::Nobody);
+    let nobody = opened(false, beside, StandIn::None);
     assert_eq!(nobody.scene.unwrap_err(), MissingEgo::NotRecorded);
 }

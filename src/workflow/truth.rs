@@ -453,7 +453,7 @@ impl StoredQuestion<'_> {
             ego: taken.as_ref().unwrap_or(ego),
             transform,
             strict: false,
-            stand_in: StandIn::Nobody,
+            stand_in: StandIn::None,
         };
         let scene = open(&request).ok()?.scene.ok()?;
         let hash = scene.scenario.hash.to_string();

@@ -148,7 +148,7 @@ fn words(field: &FieldDifference) -> String {
 fn moment(row: &ScenarioRow) -> String {
     let Some(mut said) = moment_words(row) else {
         return match row.ego {
-            Some(_) => "none: nobody comes near the ego".into(),
+            Some(_) => "none: no road user comes near the ego".into(),
             None => format!("none: {}", row.ego_source),
         };
     };

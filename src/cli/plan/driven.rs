@@ -53,7 +53,7 @@ pub fn request(
             ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
-            stand_in: StandIn::Nobody,
+            stand_in: StandIn::None,
         },
         problem,
         settings,

@@ -34,7 +34,7 @@ pub fn read(file: Option<&Path>) -> Result<Overlay, Failure> {
 }
 
 impl Drawing<'_> {
-    /// The predictions about a scenario; where they are about nobody in it, that is said.
+    /// The predictions about a scenario; where they are about no road user in it, that is said.
     pub(super) fn forecasts_of(&self, entry: &Entry, subject: &Subject<'_>) -> Vec<Forecast> {
         let is_meant = |one: &&Forecast| one.scenario.is_empty() || one.scenario == entry.name;
         let found: Vec<Forecast> = self.forecasts.iter().filter(is_meant).cloned().collect();

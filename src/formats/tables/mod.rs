@@ -39,10 +39,10 @@ pub struct WrittenTables {
 /// Why a scenario is not written.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// Nobody is in it.
+    /// No road user is in it.
     #[error("no road user has a body and a place: there is no row to write")]
     Empty,
-    /// Somebody drives across the road of highD.
+    /// A road user drives across the road of highD.
     #[error(
         "highD is of straight roads, and {name} drives {degrees:.0}° across its road; --format interaction or tracks has a place for it"
     )]
@@ -60,7 +60,7 @@ pub enum TableError {
 /// Writes a scenario and its ego as tables. The same scenario gives the same bytes.
 ///
 /// # Errors
-/// Nobody is in it, or its traffic is none of this shape.
+/// No road user is in it, or its traffic is none of this shape.
 pub fn write_tables(
     shape: TableShape,
     scenario: &Scenario,

@@ -369,9 +369,9 @@ fn once_each(all: Vec<WorstMoment>, near: i64) -> Vec<WorstMoment> {
     taken
 }
 
-/// The ego of a scenario in which nobody is: the follower of the pair with the most severe moment, and that moment, in which
+/// The ego of a scenario that has none: the follower of the pair with the most severe moment, and that moment, in which
 /// the other of [`WorstMoment::ego`] may be the follower. It is who sees the other ahead without being ahead of it, else the
-/// one of them that closes faster; who has no trajectory follows nobody. `None` where no two come within `radius` metres.
+/// one of them that closes faster; an obstacle without a trajectory follows none. `None` where no two come within `radius` metres.
 #[must_use]
 pub fn dangerous_follower(
     scenario: &Arc<Scenario>,

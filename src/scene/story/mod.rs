@@ -226,7 +226,7 @@ fn direction_name<S: serde::Serializer>(place: &Direction, to: S) -> Result<S::O
 }
 
 impl Story {
-    /// The story of the moment that matters; nothing where nobody is ever there with the ego.
+    /// The story of the moment that matters; nothing where no other road user is ever there with the ego.
     #[must_use]
     pub fn new(context: &Context<'_>) -> Option<Self> {
         let headline = Headline::from_context(context);

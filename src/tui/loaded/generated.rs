@@ -66,7 +66,7 @@ impl Opened {
                 ego,
                 transform: wanted.change,
                 strict: false,
-                stand_in: StandIn::Nobody,
+                stand_in: StandIn::None,
             },
             problem: None,
             settings: how.settings,

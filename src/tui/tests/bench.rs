@@ -287,7 +287,7 @@ pub fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> 
             ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
-            stand_in: StandIn::Nobody,
+            stand_in: StandIn::None,
         },
         problem: None,
         settings,

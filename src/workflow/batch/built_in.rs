@@ -132,7 +132,7 @@ impl BatchPlan {
             ego: &self.spec.ego,
             transform: None,
             strict: true,
-            stand_in: StandIn::Nobody,
+            stand_in: StandIn::None,
         };
         let scene = match open(&request).map(|opened| opened.scene) {
             Ok(Ok(scene)) => scene,

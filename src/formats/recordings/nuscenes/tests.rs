@@ -24,7 +24,7 @@ fn quaternion(heading: f64) -> Value {
 }
 
 /// Two scenes of `frames` key frames: the vehicle that records drives along the diagonal, a bus comes towards it, and
-/// somebody stands.
+/// a road user stands.
 fn write(folder: &Path, frames: u32) {
     let [mut samples, mut data, mut poses, mut boxes] = [(); 4].map(|()| Vec::new());
     let diagonal = std::f64::consts::FRAC_PI_4;

@@ -42,7 +42,7 @@ const SAID: &str = "said.txt";
 
 static PLAYER: OnceLock<Result<Player, String>> = OnceLock::new();
 
-/// Says who plays OpenSCENARIO files whose motion only a player works out; or in words why nobody does, and what to do. Said
+/// Says who plays OpenSCENARIO files whose motion only a player works out; or in words why none does, and what to do. Said
 /// once, before the first one is read, so that all readings of a file are the same.
 pub fn play_with(player: Result<Player, String>) {
     // What is said again is what is said already: there is one configuration.
@@ -69,7 +69,7 @@ static PLAYED: FileCache<Result<Vec<u8>, String>> = FileCache::new(MAX_CACHED);
 /// There is no player, or it failed.
 pub fn play(files: &[PathBuf], time_step: f64) -> Result<Vec<u8>, NotPlayed> {
     let player = match PLAYER.get() {
-        None => return Err(NotPlayed::NoPlayer(NOBODY.into())),
+        None => return Err(NotPlayed::NoPlayer(NO_PLAYER.into())),
         Some(Err(why)) => return Err(NotPlayed::NoPlayer(why.clone())),
         Some(Ok(player)) => player,
     };
@@ -86,8 +86,8 @@ pub fn play(files: &[PathBuf], time_step: f64) -> Result<Vec<u8>, NotPlayed> {
     }
 }
 
-/// What is said where nobody was told to play.
-const NOBODY: &str = "esmini plays it where it is installed";
+/// What is said where no player was named.
+const NO_PLAYER: &str = "esmini plays it where it is installed";
 
 impl Player {
     /// The recording of the first one of some files: that which is kept, else played now.

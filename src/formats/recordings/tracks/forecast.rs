@@ -12,7 +12,7 @@ use super::{Plan, options};
 use crate::commonroad::ReadError;
 use crate::recordings::Report;
 
-/// A trajectory that somebody expects.
+/// A predicted trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Forecast {
     /// The obstacle or the ego, where the track's name is a number.
@@ -56,7 +56,7 @@ pub fn read_forecasts(path: &Path) -> Result<(Vec<Forecast>, Vec<Diagnostic>), R
         return Err(report.fail(format!("a probability of {wrong}; expected 0 to 1")));
     }
     let said = Said {
-        // Nobody has to say what counts them.
+        // The user need not say what counts them.
         is_order: true,
         ..Said::default()
     };

@@ -368,7 +368,7 @@ impl Outline {
         let stretches = all.filter_map(move |times| {
             let report = Report::about(outline.path.display().to_string());
             let rows = match outline.rows_of(times, None, &report) {
-                // In a pause nobody is there.
+                // In a pause no road user is there.
                 Ok(rows) if rows.count() == 0 => return None,
                 rows => rows,
             };

@@ -208,7 +208,7 @@ impl Checked {
 
 /// What is known of the formula of an id.
 enum Slot {
-    /// It is being read: whoever asks is part of it.
+    /// It is being read: the formula that asks is part of it.
     Open,
     Read(Arc<Formula>),
     Wrong,

@@ -94,7 +94,7 @@ pub enum CropError {
         /// The box around the road.
         road: Bounds,
     },
-    /// Nobody is left.
+    /// No road user is left.
     #[error("nothing is left: no obstacle is there, and no ego")]
     Nothing,
 }

@@ -59,7 +59,7 @@ impl Request for Plan {
                     ego: &ego,
                     transform: self.change,
                     strict: false,
-                    stand_in: StandIn::Nobody,
+                    stand_in: StandIn::None,
                 },
                 problem: None,
                 settings: &settings,

@@ -276,7 +276,7 @@ impl<'a> LabelPlacer<'a> {
             .filter(|area| self.is_free(area))
             .map(|area| (area, self.nearest_other(body, &area) - area.distance(body)))
             .collect();
-        // Best where nobody takes them for the name of another one; what is only an outline may have its name there alone.
+        // Best where they are not taken for the name of another one; what is only an outline may have its name there alone.
         let is_body = self.bodies.iter().any(|(around, _)| around == body);
         let least = if is_body { [1, 0] } else { [1, 1] };
         let area = { least.into_iter() }
