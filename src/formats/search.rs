@@ -105,7 +105,7 @@ pub fn not_standard_input(path: &Path) -> Result<(), LibraryError> {
 /// Long recordings are there with the beginnings of their tracks; [`find_ranked`] gives windows that a measure chose.
 ///
 /// In a folder laid out like the repository of "From Words to Collisions" (with `Scenarios` and `Results`), none are
-/// looked for below `Results`.
+/// looked for below `Results` and `Generation`: they hold what was made of the scenarios.
 ///
 /// # Errors
 /// A path that cannot be read, or not one scenario at any of them.
@@ -207,9 +207,13 @@ fn search(
         give(dispatch::scenarios_in(path, ranking).unwrap_or_else(|_| vec![path.to_path_buf()]));
         return Ok(Vec::new());
     }
-    let results = path.join("Results");
-    let is_of_the_paper = results.is_dir() && path.join("Scenarios").is_dir();
-    Search::run(path, is_of_the_paper.then_some(results), ranking, give).map_err(io)
+    let is_of_the_paper = path.join("Results").is_dir() && path.join("Scenarios").is_dir();
+    let made: &[&str] = if is_of_the_paper {
+        &["Results", "Generation"]
+    } else {
+        &[]
+    };
+    Search::run(path, made, ranking, give).map_err(io)
 }
 
 /// A search below one folder.
@@ -229,14 +233,17 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn run(
         root: &Path,
-        not_in: Option<PathBuf>,
+        not_in: &[&str],
         ranking: Ranking<'a>,
         give: &'a mut dyn FnMut(Vec<PathBuf>),
     ) -> std::io::Result<Vec<PassedOver>> {
         let mut entered = HashSet::from([root.canonicalize()?]);
-        if let Some(folder) = not_in {
-            entered.insert(folder.canonicalize()?);
-        }
+        // A folder that is not there has no scenarios either.
+        entered.extend(
+            not_in
+                .iter()
+                .filter_map(|name| root.join(name).canonicalize().ok()),
+        );
         let mut search = Self {
             folders: Vec::new(),
             links: Vec::new(),

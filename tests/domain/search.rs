@@ -139,17 +139,22 @@ fn what_looks_like_a_scenario_and_is_not_known_to_be_one_is_named_with_why() {
 
 #[cfg(unix)]
 #[test]
-fn of_the_folders_of_the_paper_only_its_results_are_passed_over() {
+fn of_the_folders_of_the_paper_those_of_results_are_passed_over() {
     let folder = tempdir().unwrap();
     let put = |name: &str, text: &str| put(folder.path(), name, text);
-    for name in ["Scenarios/a.xml", "Generation/b.xml", "Results/c.xml"] {
+    for name in [
+        "Scenarios/a.xml",
+        "more/b.xml",
+        "Generation/c.xml",
+        "Results/d.xml",
+    ] {
         put(name, ROOT);
     }
     let tracks = "time,id,x,y\n0,1,0,0\n0.1,1,1,0\n0.2,1,2,0\n";
     put("own/tracks.csv", tracks);
     // What lies beside an ego's recording are its results.
-    put("Generation/b/ego_trajectory.csv", "timestep\n");
-    put("Generation/b/close_dynamic_obstacles.csv", tracks);
+    put("more/b/ego_trajectory.csv", "timestep\n");
+    put("more/b/close_dynamic_obstacles.csv", tracks);
     let (mut found, _) = both(&folder);
     found.sort();
     assert_eq!(found, ["a", "b", "tracks"]);

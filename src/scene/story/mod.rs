@@ -332,8 +332,29 @@ impl<'c, 's> Telling<'c, 's> {
             other_speed: encounter.other.velocity.abs(),
             distance: encounter.distance(),
             place: encounter.relation().direction,
-            course: course(&encounter),
+            course: self.course(&encounter),
         }]
+    }
+
+    /// Where the other moves to, as seen from the ego.
+    fn course(&self, encounter: &Encounter<'_>) -> Course {
+        use std::f64::consts::FRAC_PI_4;
+        if encounter.is_with_occupancy() {
+            return Course::Region;
+        }
+        if encounter.other.velocity.abs() < STANDING {
+            return Course::Stands;
+        }
+        // Headings of one that creeps may be those of noise.
+        let way = self.other.next_way();
+        let way = way.unwrap_or_else(|| encounter.other.velocity_vector());
+        let angle = angle_between(encounter.ego.pose.heading, way.y.atan2(way.x));
+        match angle.abs() {
+            angle if angle <= FRAC_PI_4 => Course::SameWay,
+            angle if angle >= 3.0 * FRAC_PI_4 => Course::Towards,
+            _ if angle > 0.0 => Course::ToTheLeft,
+            _ => Course::ToTheRight,
+        }
     }
 
     /// What the other does.
@@ -562,23 +583,4 @@ fn is_while(from: f64, to: f64) -> bool {
 
 fn ttc_measure() -> Option<&'static Measure> {
     measure("ttc")
-}
-
-/// Where the other moves to.
-fn course(encounter: &Encounter<'_>) -> Course {
-    use std::f64::consts::FRAC_PI_4;
-    if encounter.is_with_occupancy() {
-        return Course::Region;
-    }
-    if encounter.other.velocity.abs() < STANDING {
-        return Course::Stands;
-    }
-    let way = encounter.other.velocity_vector();
-    let angle = angle_between(encounter.ego.pose.heading, way.y.atan2(way.x));
-    match angle.abs() {
-        angle if angle <= FRAC_PI_4 => Course::SameWay,
-        angle if angle >= 3.0 * FRAC_PI_4 => Course::Towards,
-        _ if angle > 0.0 => Course::ToTheLeft,
-        _ => Course::ToTheRight,
-    }
 }

@@ -3,7 +3,7 @@
 use std::ops::{Range, RangeInclusive};
 
 use crate::scenario::Motion;
-use nearmiss_base::geometry::angle_between;
+use nearmiss_base::geometry::{Vector, angle_between};
 
 /// Who slows down with less does not brake, m/s².
 const BRAKING: f64 = 1.0;
@@ -19,6 +19,9 @@ const NOTABLE: f64 = 0.5;
 
 /// Speeds are told to rise from here on, m/s.
 const RISE: f64 = 1.5;
+
+/// The share of a way by which places may differ from speeds.
+const AS_RECORDED: f64 = 0.15;
 
 /// Headings that change by more between two steps are those of a reversal or of noise, radians: 30°.
 const JUMP: f64 = 0.524;
@@ -66,12 +69,32 @@ impl Drive {
         self.all[place].1.velocity.abs()
     }
 
+    /// Whether the places around one are as far apart as its recorded speed says: simulators tell speeds along a lane, and
+    /// the body cuts its curve.
+    fn is_driven(&self, place: usize) -> bool {
+        let from = &self.all[place.saturating_sub(1)];
+        let to = &self.all[(place + 1).min(self.all.len() - 1)];
+        let way = (to.1.pose.position - from.1.pose.position).norm();
+        let told = self.speed(place) * (to.0 - from.0) as f64 * self.dt;
+        (way - told).abs() <= AS_RECORDED * told.max(way)
+    }
+
     fn change(&self, from: usize, to: usize, most: f64) -> Change {
         Change {
             steps: (self.all[from].0, self.all[to].0),
             speeds: (self.speed(from), self.speed(to)),
             most,
         }
+    }
+
+    /// From the first told place to the next that is at least a metre away.
+    pub fn next_way(&self) -> Option<Vector> {
+        let from = self.told().first()?.1.pose.position;
+        let ways = self
+            .told()
+            .iter()
+            .map(|(_, motion)| motion.pose.position - from);
+        ways.into_iter().find(|way| way.norm() >= 1.0)
     }
 
     /// The change of heading, radians, positive to the left; nothing of who hardly moves.
@@ -119,7 +142,8 @@ impl Drive {
         let brakes = |place: &usize| all[*place] >= BRAKING;
         let first = (0..=hardest).rev().take_while(brakes).last()?;
         let last = (hardest..all.len()).take_while(brakes).last()?;
-        let change = self.change(first, last, all[hardest]);
+        let most = all[first..=last].iter().copied().fold(0.0, f64::max);
+        let change = self.change(first, last, most);
         (change.speeds.0 - change.speeds.1 >= NOTABLE).then_some(change)
     }
 
@@ -138,6 +162,9 @@ impl Drive {
             }
         }
         let (from, to) = found?;
+        if ![from, to].into_iter().all(|place| self.is_driven(place)) {
+            return None;
+        }
         let change = self.change(from, to, 0.0);
         (change.speeds.1 - change.speeds.0 >= RISE).then_some(change)
     }
