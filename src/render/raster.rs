@@ -48,22 +48,23 @@ pub fn pixels(picture: &Picture, dpi: f64) -> Result<Pixmap, RasterError> {
         return Err(size);
     };
     let transform = Transform::from_scale(scale as f32, scale as f32);
-    painted(picture, w, h, transform, true).ok_or(size)
+    painted(picture, w, h, transform, &|_, _| true).ok_or(size)
 }
 
-/// The whole picture in so many pixels, whatever their proportions, with or without its lines; `None` for none.
-pub fn stretched(picture: &Picture, width: u32, height: u32, lines: bool) -> Option<Pixmap> {
+/// The whole picture in so many pixels, whatever their proportions, with those strokes that are `seen` by their group;
+/// `None` for none.
+pub fn stretched(
+    picture: &Picture,
+    width: u32,
+    height: u32,
+    seen: &dyn Fn(&str, &Stroke) -> bool,
+) -> Option<Pixmap> {
     let (x, y) = (
         f64::from(width) / picture.size.0,
         f64::from(height) / picture.size.1,
     );
-    painted(
-        picture,
-        width,
-        height,
-        Transform::from_scale(x as f32, y as f32),
-        lines,
-    )
+    let transform = Transform::from_scale(x as f32, y as f32);
+    painted(picture, width, height, transform, seen)
 }
 
 fn painted(
@@ -71,7 +72,7 @@ fn painted(
     width: u32,
     height: u32,
     transform: Transform,
-    has_lines: bool,
+    seen: &dyn Fn(&str, &Stroke) -> bool,
 ) -> Option<Pixmap> {
     let mut pixmap = Pixmap::new(width, height)?;
     let Color {
@@ -81,27 +82,33 @@ fn painted(
     let mut canvas = Canvas {
         pixmap,
         transform,
-        has_lines,
         clips: vec![None],
     };
-    clip::each(picture, |item| canvas.item(item));
+    let mut groups = Vec::new();
+    clip::each(picture, |item| {
+        match item {
+            Item::Begin { name, .. } => groups.push(*name),
+            Item::End => drop(groups.pop()),
+            _ => {}
+        }
+        let group = groups.last().copied().unwrap_or_default();
+        canvas.item(item, &|stroke| seen(group, stroke));
+    });
     Some(canvas.pixmap)
 }
 
 struct Canvas {
     pixmap: Pixmap,
     transform: Transform,
-    /// Whether lines are painted, and not surfaces alone.
-    has_lines: bool,
     /// What is seen at present, the innermost last.
     clips: Vec<Option<Mask>>,
 }
 
 impl Canvas {
-    fn item(&mut self, item: &Item) {
+    fn item(&mut self, item: &Item, seen: &dyn Fn(&Stroke) -> bool) {
         match item {
             Item::Path { path, fill, stroke } => {
-                let stroke = stroke.as_ref().filter(|_| self.has_lines);
+                let stroke = stroke.as_ref().filter(|stroke| seen(stroke));
                 if fill.is_none() && stroke.is_none() {
                     return;
                 }

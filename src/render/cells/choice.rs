@@ -145,8 +145,8 @@ impl Cell {
         }
     }
 
-    /// The best character with its colours, and what these take off the squares.
-    fn choose(&self, blocks: Blocks, inks: Inks) -> (Shown, f32) {
+    /// The best character with its colours.
+    fn choose(&self, blocks: Blocks, inks: Inks) -> Shown {
         let (color, one) = self.all.shown(ALL, inks);
         let mut best = (' ', color, color);
         let mut most = one + NOTABLE * ALL;
@@ -162,31 +162,22 @@ impl Cell {
                 (best, most) = ((symbol, front, back), gain + more);
             }
         });
-        let (_, front, back) = best;
-        (best, if front == back { one } else { most })
+        best
     }
 }
 
 const EIGHTHS_BELOW: [char; 7] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇'];
 const EIGHTHS_LEFT: [char; 7] = ['▏', '▎', '▍', '▌', '▋', '▊', '▉'];
 
-/// Writes the cells that show a picture of [`SAMPLES`] a cell; gives how much of the samples' squares each shows.
-pub fn write(
-    buffer: &mut Buffer,
-    area: Rect,
-    pixmap: &Pixmap,
-    blocks: Blocks,
-    inks: Inks,
-) -> Vec<f32> {
+/// Writes the cells that show a picture of [`SAMPLES`] a cell.
+pub fn write(buffer: &mut Buffer, area: Rect, pixmap: &Pixmap, blocks: Blocks, inks: Inks) {
     let stride = pixmap.width() as usize * 4;
     let rows = pixmap.data().par_chunks(DOWN * stride);
-    let chosen: Vec<Vec<(Shown, f32)>> = rows
+    let chosen: Vec<Vec<Shown>> = rows
         .map(|row| choose_row(row, stride, blocks, inks))
         .collect();
-    let mut gains = Vec::with_capacity(area.area() as usize);
     for (y, row) in (area.y..area.bottom()).zip(chosen) {
-        for (x, ((symbol, front, back), gain)) in (area.x..area.right()).zip(row) {
-            gains.push(gain);
+        for (x, (symbol, front, back)) in (area.x..area.right()).zip(row) {
             if let Some(cell) = buffer.cell_mut((x, y)) {
                 cell.set_char(symbol).set_bg(back);
                 if front != back {
@@ -195,14 +186,13 @@ pub fn write(
             }
         }
     }
-    gains
 }
 
 /// A character, its colour, and that of the other part.
 type Shown = (char, Color, Color);
 
 /// The cells of a row.
-fn choose_row(samples: &[u8], stride: usize, blocks: Blocks, inks: Inks) -> Vec<(Shown, f32)> {
+fn choose_row(samples: &[u8], stride: usize, blocks: Blocks, inks: Inks) -> Vec<Shown> {
     let mut last = None;
     let cells = (0..stride).step_by(ACROSS * 4).map(|start| {
         let lines = samples.chunks_exact(stride);
@@ -215,7 +205,7 @@ fn choose_row(samples: &[u8], stride: usize, blocks: Blocks, inks: Inks) -> Vec<
                     _ => inks.nearest(pixel.parts()).0,
                 };
                 last = Some((pixel, color));
-                ((' ', color, color), f32::MAX)
+                (' ', color, color)
             }
         }
     });

@@ -6,11 +6,10 @@ use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 use tiny_skia::{BlendMode, FillRule, Paint, Pixmap, PremultipliedColorU8, Transform};
 
-use super::choice::SAMPLES;
 use super::colors::Inks;
 use super::{Appearance, Blocks, MapStyle};
 use crate::clip;
-use crate::display::{Item, Picture};
+use crate::display::{Item, Picture, Stroke};
 use crate::raster::{line, outline, paint};
 
 /// Dots of a Braille character: columns and rows.
@@ -70,12 +69,7 @@ pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
         Item::Text(_) => {}
         Item::Path { path, fill, stroke } => {
             let group = groups.last().copied().unwrap_or_default();
-            let kind = match group {
-                "markings" => FAINT,
-                "obstacles" | "outlines" | "contact" => BODY,
-                "ego" => EGO,
-                _ => LINE,
-            };
+            let kind = kind(group);
             let opaque = fill.filter(|color| color.opacity > OPAQUE);
             let fill = opaque.filter(|_| kind >= BODY || !style.has_backgrounds());
             if fill.is_none() && stroke.is_none() {
@@ -113,6 +107,21 @@ pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
     Some(pixmap)
 }
 
+fn kind(group: &str) -> u8 {
+    match group {
+        "markings" => FAINT,
+        "obstacles" | "outlines" | "contact" => BODY,
+        "ego" => EGO,
+        _ => LINE,
+    }
+}
+
+/// Whether a stroke is shown as dots in an area of cells, and not as blocks.
+pub fn is_dots(picture: &Picture, area: Rect, group: &str, stroke: &Stroke) -> bool {
+    let scale = f64::from(size(area).0) / picture.size.0;
+    kind(group) < BODY && stroke.width * scale < f64::from(FINE)
+}
+
 fn cleared() -> Paint<'static> {
     Paint {
         blend_mode: BlendMode::Clear,
@@ -121,12 +130,8 @@ fn cleared() -> Paint<'static> {
     }
 }
 
-/// Samples of a dot's part of its cell, across and down; the dot fills the middle of it.
-const EACH: (usize, usize) = (SAMPLES.0 / DOTS.0, SAMPLES.1 / DOTS.1);
 /// A dot is larger than the line that it stands for: so much of its colour is the line's, the rest that of the surface.
 const QUIET: f32 = 0.5;
-/// Dots are left out where blocks are so many times nearer to the picture.
-const WORSE: f32 = 1.6;
 /// Colours that are this far from each other, squared, are told apart at once.
 const CLEAR: f32 = 2500.0;
 
@@ -135,18 +140,9 @@ fn is_clear(a: [f32; 3], b: [f32; 3]) -> bool {
     both.map(|(a, b)| (a - b).powi(2)).sum::<f32>() > CLEAR
 }
 
-/// Writes lines over the cells of a picture, and leaves those out that show a body. `lines` and `surfaces` have a pixel a
-/// dot, `whole` has [`SAMPLES`] a cell, of whose squares the blocks that are there show `gains`. The edge of the road is seen without its marking, which would show in some cells
-/// and not in others.
-pub fn write_over(
-    buffer: &mut Buffer,
-    area: Rect,
-    lines: &Pixmap,
-    surfaces: &Pixmap,
-    whole: &Pixmap,
-    gains: &[f32],
-    inks: Inks,
-) {
+/// Writes lines over the cells of a picture, and leaves those out that show a body or an edge: `lines` and `surfaces` have
+/// a pixel a dot. A line looks the same wherever it runs. The edge of the road is seen without its marking.
+pub fn write_over(buffer: &mut Buffer, area: Rect, lines: &Pixmap, surfaces: &Pixmap, inks: Inks) {
     let columns = lines.width() as usize;
     let below = |x: usize, y: usize| {
         let x = x.min(columns - 1);
@@ -186,15 +182,9 @@ pub fn write_over(
             if under.iter().any(|color| is_clear(*color, mean)) {
                 continue;
             }
-            let parted = Parted::new(whole, (column, row), if kind == GAP { 0 } else { shown });
-            let surface = parted.means()[1];
             let rgb = [most.red(), most.green(), most.blue()].map(f32::from);
-            let quiet = std::array::from_fn(|i| rgb[i] * QUIET + surface[i] * (1.0 - QUIET));
-            let by_blocks = gains[row * usize::from(area.width) + column];
-            if parted.error([quiet, surface]) > WORSE * (parted.squares - by_blocks) {
-                continue;
-            }
-            cell.bg = inks.nearest(surface).0;
+            let quiet = std::array::from_fn(|i| rgb[i] * QUIET + mean[i] * (1.0 - QUIET));
+            cell.bg = inks.nearest(mean).0;
             if kind == GAP {
                 cell.set_char(' ');
             } else {
@@ -205,53 +195,6 @@ pub fn write_over(
                 cell.set_char(braille(shown)).set_fg(color);
             }
         }
-    }
-}
-
-/// The samples of a cell that dots cover, and the others.
-#[derive(Default)]
-struct Parted {
-    sums: [[f32; 3]; 2],
-    counts: [f32; 2],
-    /// Of all samples.
-    squares: f32,
-}
-
-impl Parted {
-    fn new(whole: &Pixmap, (column, row): (usize, usize), shown: usize) -> Self {
-        let mut parted = Self::default();
-        for y in 0..SAMPLES.1 {
-            let start = (row * SAMPLES.1 + y) * whole.width() as usize + column * SAMPLES.0;
-            for (x, pixel) in whole.pixels()[start..start + SAMPLES.0].iter().enumerate() {
-                let dot = y / EACH.1 * DOTS.0 + x / EACH.0;
-                let is_inside =
-                    |at: usize, each: usize| (each / 4..each - each / 4).contains(&(at % each));
-                let covered = shown >> dot & 1 == 1 && is_inside(x, EACH.0) && is_inside(y, EACH.1);
-                let part = usize::from(!covered);
-                parted.counts[part] += 1.0;
-                let rgb = [pixel.red(), pixel.green(), pixel.blue()].map(f32::from);
-                for (sum, value) in parted.sums[part].iter_mut().zip(rgb) {
-                    *sum += value;
-                    parted.squares += value * value;
-                }
-            }
-        }
-        parted
-    }
-
-    fn means(&self) -> [[f32; 3]; 2] {
-        std::array::from_fn(|part| self.sums[part].map(|sum| sum / self.counts[part].max(1.0)))
-    }
-
-    /// The squared error where both parts have these colours.
-    fn error(&self, shown: [[f32; 3]; 2]) -> f32 {
-        let parts = self.sums.iter().zip(self.counts).zip(shown);
-        let gain = parts.map(|((sums, count), color)| {
-            let both = sums.iter().zip(color);
-            both.map(|(sum, v)| v * (2.0 * sum - count * v))
-                .sum::<f32>()
-        });
-        self.squares - gain.sum::<f32>()
     }
 }
 

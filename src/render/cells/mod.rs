@@ -166,18 +166,22 @@ fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearance<'_
             let inks = colors::Inks::of(look.theme.map_road);
             // The fine picture takes as long as all else.
             let (whole, (surfaces, lines)) = rayon::join(
-                || raster::stretched(picture, columns, rows, true),
                 || {
-                    let surfaces = raster::stretched(picture, size.0, size.1, false);
+                    let is_block =
+                        |group: &str, stroke: &_| !dots::is_dots(picture, area, group, stroke);
+                    raster::stretched(picture, columns, rows, &is_block)
+                },
+                || {
+                    let surfaces = raster::stretched(picture, size.0, size.1, &|_, _| false);
                     (surfaces, dots::dots(picture, area, look.style))
                 },
             );
             let Some(whole) = whole else {
                 return;
             };
-            let gains = choice::write(buffer, area, &whole, blocks, inks);
+            choice::write(buffer, area, &whole, blocks, inks);
             if let (Some(lines), Some(surfaces)) = (lines, surfaces) {
-                dots::write_over(buffer, area, &lines, &surfaces, &whole, &gains, inks);
+                dots::write_over(buffer, area, &lines, &surfaces, inks);
             }
         }
         MapStyle::Braille | MapStyle::Ascii => {

@@ -155,9 +155,9 @@ fn border(map: &Map<'_>, picture: &mut Picture, border: &Border) {
 }
 
 /// In the workbench borders of which nothing is known are not drawn across the lanes of a junction; in characters none
-/// is. From far away only painted ones are.
+/// is, and where surfaces end they are seen without a line. From far away only painted ones are.
 fn is_left_out(look: &WorkbenchMap<'_>, border: &Border, paint: Paint) -> bool {
-    if border.is_crossed && look.cell > 0.0 {
+    if (border.is_crossed || border.is_edge && look.filled) && look.cell > 0.0 {
         return true;
     }
     match paint {

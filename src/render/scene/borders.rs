@@ -13,6 +13,9 @@ const MOST_CROSSED: usize = 5;
 /// What lies nearer to the edge of a surface than this, metres, does not cross it.
 const EDGE: f64 = 0.6;
 
+/// Beside a border is so far from it, metres.
+const BESIDE: f64 = 0.4;
+
 /// A border between lanes, or of the road.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Border {
@@ -24,6 +27,8 @@ pub struct Border {
     pub bounds: Bounds,
     /// Whether it runs across the surface of another lane, as within a junction.
     pub is_crossed: bool,
+    /// Whether the surfaces of lanes end there.
+    pub is_edge: bool,
 }
 
 /// Every border once; what is painted beats what is not said.
@@ -40,11 +45,13 @@ pub(super) fn borders(lanelets: &[Lanelet], driven: &DrivenSurfaces<'_>) -> Vec<
             if let Some(bounds) = Bounds::from_points(&bound.points)
                 && drawn.insert(key(bound))
             {
+                let middles = middles(&bound.points);
                 found.push(Border {
                     points: bound.points.clone(),
                     lines: lines_of(bound.marking),
                     bounds,
-                    is_crossed: driven.are_crossed_by(&middles(&bound.points), None),
+                    is_crossed: driven.are_crossed_by(&middles, None),
+                    is_edge: driven.end_at(&bound.points),
                 });
             }
         }
@@ -87,6 +94,19 @@ impl<'a> DrivenSurfaces<'a> {
         };
         let mut inside = points.iter().filter(is_inside);
         inside.nth(points.len() / MOST_CROSSED).is_some()
+    }
+
+    /// Whether most of a border has them on one side alone.
+    fn end_at(&self, border: &[Point]) -> bool {
+        let sides = [-BESIDE, BESIDE].map(|aside| middles(&offset(border, aside)));
+        let [left, right] = sides.map(|points| points.into_iter().map(|p| self.has(&p)));
+        let open = left.zip(right).filter(|(left, right)| !(left & right));
+        2 * open.count() > border.len().saturating_sub(1)
+    }
+
+    fn has(&self, p: &Point) -> bool {
+        let mut near = self.rings.near(p);
+        near.any(|place| self.rings.has_inside(place, p, 0.0))
     }
 }
 
