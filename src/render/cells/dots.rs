@@ -179,7 +179,7 @@ pub fn write_over(buffer: &mut Buffer, area: Rect, lines: &Pixmap, surfaces: &Pi
             };
             let under: [[f32; 3]; 8] = std::array::from_fn(|i| below(place(i).0, place(i).1));
             let mean = std::array::from_fn(|i| under.iter().map(|c| c[i]).sum::<f32>() / 8.0);
-            if under.iter().any(|color| is_clear(*color, mean)) {
+            if under.iter().any(|color| is_clear(*color, under[0])) {
                 continue;
             }
             let rgb = [most.red(), most.green(), most.blue()].map(f32::from);

@@ -424,8 +424,8 @@ pub enum MapOfTable {
     Inside(Vec<u8>),
 }
 
-/// Recordings that are kept for other windows of them, bytes.
-const MAX_CACHED: usize = 96 << 20;
+/// Recordings that are kept for other windows of them, bytes: more than a table that is not read in stretches takes.
+const MAX_CACHED: usize = 256 << 20;
 
 static TABLES: FileCache<Table> = FileCache::new(MAX_CACHED);
 
