@@ -203,7 +203,15 @@ impl Filter {
             "task" => self.task = word("task", value, &Task::ALL, Task::name)?,
             "state" => self.state = word("state", value, &StateFilter::ALL, StateFilter::name)?,
             "origin" => self.origin = word("origin", value, &Origin::ALL, Origin::name)?,
-            "verdict" => self.verdict = word("verdict", value, &Decision::ALL, Decision::name)?,
+            "verdict" => {
+                // As answers are shown.
+                let value = match value {
+                    "yes" => Decision::Dangerous.name(),
+                    "no" => Decision::Safe.name(),
+                    other => other,
+                };
+                self.verdict = word("verdict", value, &Decision::ALL, Decision::name)?;
+            }
             "since" => self.since_ms = day("since", value)?,
             "before" => self.before_ms = day("before", value)?,
             _ => return Ok(false),
@@ -388,7 +396,7 @@ mod tests {
 
     #[test]
     fn one_line_says_what_the_options_of_the_command_line_say() {
-        let filter = Filter::read("model:GPT brakes verdict:dangerous task:coll hard state:answered pinned since:2026-01-31T00:00:00Z").unwrap();
+        let filter = Filter::read("model:GPT brakes verdict:yes task:coll hard state:answered pinned since:2026-01-31T00:00:00Z").unwrap();
         let expected = Filter {
             words: Some("brakes hard".into()),
             model: Some("GPT".into()),

@@ -32,7 +32,7 @@ const STEPS: [(Action, &str); 9] = [
     (Action::Results, "counts all answers against the truth"),
     (
         Action::Generate,
-        "searches for an attack that a good driver survives",
+        "finds an attack that a good driver survives",
     ),
     (
         Action::VariantPanel,
@@ -64,7 +64,7 @@ fn key(model: &Model, action: Action) -> String {
     if model.screens.is_empty() && !model.compare.hides() && !model.prompt.editing {
         return key;
     }
-    format!("{} {key}", model.look.key(Action::Cancel))
+    format!("{}, then {key}", model.look.key(Action::Cancel))
 }
 
 /// Draws its line, and gives what of the screen is below it.

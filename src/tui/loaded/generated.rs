@@ -107,7 +107,7 @@ impl Opened {
         } = generation;
         if let Some(collision) = workshop.unsafe_already() {
             return Err(format!(
-                "not safe as recorded: the planned ego touches {collision}"
+                "the planned ego touches {collision} without an attack, too"
             ));
         }
         let model = wanted.writer.as_ref().map(|writer| writer.model.clone());

@@ -386,10 +386,10 @@ fn in_a_narrow_list_names_and_truths_are_whole() {
     results.column = 0;
     press(&mut kept, "enter");
     let frame = kept.bench.frame(60, 18);
-    assert!(frame.contains(&format!("{long} no, truth yes")), "{frame}");
+    assert!(frame.contains(&format!("{long} no, truth: yes")), "{frame}");
     let frame = kept.bench.frame(120, 40);
     assert!(
-        frame.contains(&format!("{long} says no, truth is yes")),
+        frame.contains(&format!("{long} says no, truth: yes")),
         "{frame}"
     );
 }

@@ -36,6 +36,7 @@ fn line(bench: &Bench) -> String {
 /// The keys that the line of the tour names, as the bench presses them.
 fn named(line: &str) -> String {
     let (_, after) = line.split_once(" · ").unwrap();
+    let after = after.replace(", then ", " ");
     let is_key = |word: &&str| word.len() == 1 || word.starts_with(char::is_uppercase);
     let keys = after.split(' ').take_while(is_key);
     let keys = keys.map(|key| match key.len() {

@@ -188,13 +188,9 @@ pub fn window_at(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) 
 /// A part of a screen that never has the keys; gives the area inside.
 pub fn beside(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Rect {
     let border = Style::new().fg(model.theme.border);
-    framed(
-        frame,
-        area,
-        model,
-        title,
-        Block::bordered().border_style(border),
-    )
+    let words = Style::new().fg(model.theme.title);
+    let block = Block::bordered().border_style(border).title_style(words);
+    framed(frame, area, model, title, block)
 }
 
 fn framed(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str, block: Block<'_>) -> Rect {

@@ -371,7 +371,7 @@ impl fmt::Display for Hazard {
                 seconds: Some(seconds),
                 metres,
             } => write!(f, "crosses {seconds:.1} s apart, {metres:.1} m"),
-            Self::Crossing { metres, .. } => write!(f, "crosses {metres:.1} m apart"),
+            Self::Crossing { metres, .. } => write!(f, "crosses, {metres:.1} m away"),
             Self::CutIn { seconds, metres } => {
                 write!(f, "cuts in {seconds:.1} s, {metres:.1} m ahead")
             }

@@ -70,7 +70,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut text = Text::default();
     let mark = |line: Line<'static>, is_picked: bool| {
         if is_picked {
-            line.style(Style::new().add_modifier(Modifier::REVERSED))
+            let missing = width.saturating_sub(line.width());
+            let mut line = line;
+            line.push_span(" ".repeat(missing));
+            model.theme.select(line)
         } else {
             line
         }
@@ -81,7 +84,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let cut = listed.iter().zip(&whole).filter(|_| !fits);
     for ((_, line), (is_picked, _)) in cut.skip(first).take(rows) {
         let mut line = line.clone();
-        // The symbol keeps its colour; truncation is marked.
+        // Truncation is marked.
         let sign = line.spans.first().map_or(0, Span::width);
         if let Some(words) = line.spans.get_mut(1) {
             words.content = fit(&words.content, width.saturating_sub(sign)).into();

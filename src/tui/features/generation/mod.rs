@@ -240,7 +240,7 @@ pub fn on_update(model: &mut Model, update: GenerationUpdate) -> Vec<Effect> {
             Vec::new()
         }
         Update::Ended(result) => {
-            model.generation.under_way = None;
+            let search = model.generation.under_way.take();
             let mut effects = writing::recount(model);
             match result {
                 Ok(GenerationOutcome::Found { original, variant }) => {
@@ -253,7 +253,13 @@ pub fn on_update(model: &mut Model, update: GenerationUpdate) -> Vec<Effect> {
                     let key = model.look.key(Action::Generate);
                     model.announce(format!("{words}; {key} tries another seed"));
                 }
-                Err(why) => model.complain(format!("no variant was made: {why}")),
+                Err(why) => {
+                    let is_open = search.is_some_and(|s| model.list.opened == Some(s.place));
+                    if let Some((hash, change)) = model.made_of().filter(|_| is_open) {
+                        model.generation.failed = Some((hash, change, why.clone()));
+                    }
+                    model.complain(format!("no variant was made: {why}"));
+                }
             }
             effects
         }

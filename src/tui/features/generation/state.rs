@@ -25,6 +25,8 @@ pub struct GenerationState {
     unwritten: Vec<Unwritten>,
     /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
     heard_out: Vec<(ContentHash, Option<i64>, String)>,
+    /// Why the last search found nothing to show, and in what it searched.
+    pub(super) failed: Option<(ContentHash, Option<Transform>, String)>,
     /// The place of the scenario to search in once it is open.
     pub wanted: Option<usize>,
     /// The last seed for each scenario and for the one obstacle that was allowed to attack.
@@ -347,7 +349,15 @@ impl Model {
                 .and_then(|opened| opened.saved.as_ref())
             {
                 Some(saved) => self.saved_variant(saved),
-                None => format!("no variant was made; {generate} makes the scenario dangerous"),
+                None => match self
+                    .generation
+                    .failed
+                    .as_ref()
+                    .filter(|(hash, change, _)| self.made_of() == Some((*hash, *change)))
+                {
+                    Some((.., why)) => format!("no variant was made: {why}"),
+                    None => format!("no variant was made; {generate} makes the scenario dangerous"),
+                },
             },
         }
     }

@@ -350,8 +350,8 @@ fn outcome_label(answer: &AnswerOutcome) -> (&'static str, &'static str) {
         }
         Outcome::TruePositive => ("= right", "says yes"),
         Outcome::TrueNegative => ("= right", "says no"),
-        Outcome::FalsePositive => ("≠ wrong", "says yes, truth is no"),
-        Outcome::FalseNegative => ("≠ wrong", "says no, truth is yes"),
+        Outcome::FalsePositive => ("≠ wrong", "says yes, truth: no"),
+        Outcome::FalseNegative => ("≠ wrong", "says no, truth: yes"),
         Outcome::Open => ("no truth", "nothing to compare with"),
         Outcome::Unparsed => ("no verdict", "none could be read"),
         Outcome::Failed => ("failed", "no complete answer"),

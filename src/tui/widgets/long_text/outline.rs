@@ -49,6 +49,8 @@ pub struct Outline {
     row: Option<Row>,
     /// Inside a fence: its signs, and whether JSON may stand in it.
     fence: Option<(usize, bool)>,
+    /// Inside a fence around the whole answer, which is Markdown as without it.
+    wrapped: bool,
     /// Whether something was said before.
     said: bool,
 }
@@ -86,6 +88,11 @@ impl Outline {
             }
             None if self.json.is_none() => {
                 if let Some((signs, word)) = signs {
+                    let wraps = word.is_empty() && !self.said || ["markdown", "md"].contains(&word);
+                    if wraps || self.wrapped && word.is_empty() {
+                        self.wrapped = wraps;
+                        return Kind::Fence;
+                    }
                     self.fence = Some((signs, word.is_empty() || word.starts_with("json")));
                     return Kind::Fence;
                 }
@@ -181,6 +188,12 @@ mod tests {
             kinds("why\n| a |\n|---|\n| 1 |\n\n|b|\n```x\n|c|"),
             "tRrrtRfc"
         );
+        // An answer in a fence is read as without it.
+        assert_eq!(
+            kinds("```\n# why\n```json\n{\n1\n}\n```\n```\nso"),
+            "ftfJJJfft"
+        );
+        assert_eq!(kinds("so:\n```md\n# why\n```\n```\n# why\n```"), "tftffcf");
         let text = "why\n```json\n{\n \"a\": 1\n}\n```\nso";
         let at = |words: &str| text.find(words).and_then(|at| folded_line(text, at));
         assert_eq!((at("why"), at("\"a\""), at("so")), (None, Some(1), None));

@@ -364,19 +364,24 @@ fn of_column(model: &Model) -> Text<'static> {
 /// left in equal parts; where there is less, the widest get less. An answer needs `least`, its model without the
 /// provider, and a gap.
 fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<usize> {
-    // Where there is room, the letter and the name stand in one line.
-    let with = |letter: usize| -> Vec<usize> {
-        let ids = ids.iter();
-        let needed = ids.map(|id| least.max(bare(id).width() + 1 + letter));
-        needed.chain(last).collect()
-    };
-    let fits = |all: &Vec<usize>| all.iter().sum::<usize>() <= room;
-    let needed = Some(with(LETTER)).filter(fits).unwrap_or_else(|| with(0));
+    let answers = ids.iter().map(|id| least.max(bare(id).width() + 1));
+    let mut needed: Vec<usize> = answers.chain(last).collect();
     let count = needed.len().max(1);
     let sum: usize = needed.iter().sum();
     if sum <= room {
-        let more = (room - sum) / count;
-        return needed.into_iter().map(|width| width + more).collect();
+        // Where there is room, the letter and the name stand in one line, those of the short names first.
+        let mut more = room - sum;
+        let mut order: Vec<usize> = (0..ids.len()).collect();
+        order.sort_by_key(|i| bare(ids[*i]).width());
+        for i in order {
+            let whole = needed[i].max(bare(ids[i]).width() + 1 + LETTER);
+            let missing = whole - needed[i];
+            if missing <= more {
+                (needed[i], more) = (whole, more - missing);
+            }
+        }
+        let share = more / count;
+        return needed.into_iter().map(|width| width + share).collect();
     }
     // The narrow ones get what they need, the others share what is left.
     let (mut share, mut narrow) = (room / count, 0);
@@ -678,8 +683,8 @@ mod tests {
         );
         assert_eq!(
             widths(&ids, Some(8), 8, 47),
-            [9, 10, 9, 10, 9],
-            "what is left"
+            [10, 9, 10, 9, 8],
+            "what is left, for the letters of short names first"
         );
         assert_eq!(
             widths(&["lab/a-very-long-name", "a/b"], Some(8), 8, 30),

@@ -72,7 +72,7 @@ impl Certified<'_> {
         if let Some(peak) = driver.max_acceleration {
             let people = HumanLimits::for_kind(ObstacleType::Car).braking;
             let beside = if peak > people {
-                format!("; people brake with up to {people:.1}")
+                format!("; a human driver brakes with up to {people:.1}")
             } else {
                 String::new()
             };
@@ -81,7 +81,7 @@ impl Certified<'_> {
         }
         lines.say(
             "driver",
-            "ideal: knows all motions to come (`nearmiss help generating`)",
+            "ideal: it knows all motions to come (`nearmiss help generating`)",
         );
         if let Some(last) = driver.ends.last_step {
             let words = format!(

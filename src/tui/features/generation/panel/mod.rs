@@ -99,7 +99,7 @@ impl Screen for VariantScreen {
             strip::draw(frame, left, model);
         } else if model.strip().is_some() {
             panel = strip::draw_gaps_above(frame, panel, model);
-            let words = format!("three maps from {}", strip::least_screen());
+            let words = format!("a {} terminal shows three maps", strip::least_screen());
             let dim = Style::new().fg(model.theme.dim);
             text.lines.insert(0, Line::styled(words, dim));
         }
@@ -268,7 +268,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     }
     lines.say(
         "no attack",
-        &made.closed.baseline().drive().outcome.to_string(),
+        &format!("its drive ends: {}", made.closed.baseline().drive().outcome),
     );
 }
 
@@ -329,8 +329,8 @@ fn gate(lines: &mut Lines, made: &GeneratedVariant) {
     let friction = format!("at most {:.0} % of the circle used", friction * 100.0);
     lines.say("friction", &friction);
     let limits = match made.style {
-        AttackStyle::Human => "those of a person in an emergency",
-        AttackStyle::Limit => "those of its vehicle",
+        AttackStyle::Human => "emergency limits of a human driver",
+        AttackStyle::Limit => "limits of its vehicle",
     };
     lines.say("limits", limits);
     lines.say("place", "stays on the road, overlaps only the ego");
@@ -415,7 +415,8 @@ fn saved_text(model: &Model, saved: &SavedVariant, width: usize) -> Text<'static
     }
     let ends = spoken(&manifest.drive.ended_with);
     lines.say("ego", &format!("its drive ends: {ends}"));
-    lines.say("no attack", &spoken(&manifest.baseline.ended_with));
+    let without = spoken(&manifest.baseline.ended_with);
+    lines.say("no attack", &format!("its drive ends: {without}"));
     certificates(&mut lines, model, saved);
     lines.title("the attack");
     for attacker in &manifest.attackers {

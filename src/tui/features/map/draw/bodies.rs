@@ -275,7 +275,7 @@ pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, 
         if last.is_some_and(|last| (place - last).norm() < 2.0 * view.cell.0) {
             continue;
         }
-        if board.put_if_free(view.at(place), &second.to_string(), style) {
+        if board.put_if_free(view.at(place), &format!("{second} s"), style) {
             last = Some(*place);
         }
     }
