@@ -102,16 +102,11 @@ fn reading_what_was_written_gives_the_same_scenario() {
 
 #[test]
 fn real_files_are_kept_too() {
-    let shared =
-        std::env::var_os("NEARMISS_SHARED").map_or(root().join("../shared"), PathBuf::from);
-    let files = scenarios_below(&shared.join("data"));
-    if files.is_empty() {
-        crate::support::program::skipped(&format!(
-            "there are no real files at {}",
-            shared.display()
-        ));
+    let Some(shared) = crate::support::recorded::shared("") else {
         return;
-    }
+    };
+    let files = scenarios_below(&shared);
+    assert!(!files.is_empty());
     let lost: Vec<_> = files
         .iter()
         .filter(|path| std::panic::catch_unwind(|| is_kept(path)).is_err())

@@ -311,14 +311,6 @@ fn the_ego_that_lies_with_a_scenario_is_found() {
     assert!(other.exists());
 }
 
-fn shared() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    shared.join("data").is_dir().then_some(shared)
-}
-
 #[test]
 fn columns_that_are_not_used_are_counted() {
     let (scenario, ego) = recorded(CUT_IN);

@@ -3,7 +3,6 @@
 
 use crate::support;
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use nearmiss::evaluation::default_planning;
@@ -35,14 +34,11 @@ fn made(scenario: &Arc<Scenario>, effort: &Effort, among: &[i64]) -> (VariantGen
     (workshop, made)
 }
 
-fn published(folder: &str) -> Option<PathBuf> {
-    let root = support::recorded::folder()?;
-    Some(root.join(folder))
-}
-
 #[test]
 fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
-    let Some(folder) = published("Scenarios/normal_scenarios") else {
+    let Some(folder) =
+        support::recorded::shared("from-words-to-collisions/Scenarios/normal_scenarios")
+    else {
         return;
     };
     let found = find(&[folder]).unwrap();
@@ -87,7 +83,9 @@ fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
 
 #[test]
 fn a_second_attacker_is_added_only_where_it_is_needed() {
-    let Some(folder) = published("Scenarios/normal_scenarios") else {
+    let Some(folder) =
+        support::recorded::shared("from-words-to-collisions/Scenarios/normal_scenarios")
+    else {
         return;
     };
     let found = find(&[folder]).unwrap();
@@ -144,7 +142,9 @@ fn is_driven_by_people(change: &Change, dt: f64) {
 
 #[test]
 fn the_published_attacker_attacks_possibly() {
-    let Some(folder) = published("Generation/BEL_Antwerp-1_14_T-1") else {
+    let Some(folder) =
+        support::recorded::shared("from-words-to-collisions/Generation/BEL_Antwerp-1_14_T-1")
+    else {
         return;
     };
     let file = folder.join("BEL_Antwerp-1_14_T-1.xml");

@@ -6,29 +6,14 @@
 use crate::support;
 
 use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use nearmiss::formats::{Entry, commonroad, find, read_ego, read_ego_file};
 use nearmiss::metrics::paper::{RADIUS, Row, rows};
 use nearmiss::scenario::Scene;
 
-use support::program::skipped;
-
-fn published() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions");
-    if !folder.is_dir() {
-        skipped(
-            "the published tables are not here; NEARMISS_SHARED can name the folder that holds data/",
-        );
-        return None;
-    }
-    Some(folder)
-}
+use support::recorded::folder;
 
 /// The numbers of a row as the published file writes them, by column.
 fn written(row: &Row) -> Vec<(&'static str, String)> {
@@ -111,7 +96,7 @@ fn compare(table: &Path, ours: &[&Row], differences: &mut Vec<String>) -> usize 
 
 #[test]
 fn every_number_of_the_published_tables_is_reproduced() {
-    let Some(folder) = published() else { return };
+    let Some(folder) = folder() else { return };
     let (mut compared, mut differences) = (0, Vec::new());
     for entry in find(std::slice::from_ref(&folder)).unwrap().entries {
         let scenario = entry.read().unwrap();
@@ -174,7 +159,7 @@ fn distances(table: &Path, close: &[&Row]) {
 
 #[test]
 fn the_published_risk_scores_are_reproduced() {
-    let Some(folder) = published() else { return };
+    let Some(folder) = folder() else { return };
     let (mut compared, mut differences) = (0, Vec::new());
     for name in ["BEL_Antwerp-1_14_T-1", "BEL_Antwerp-1_14_T-1n"] {
         let generation = folder.join("Generation");

@@ -7,7 +7,6 @@
 use crate::support;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use nearmiss::formats::{Entry, find};
@@ -15,7 +14,7 @@ use nearmiss::judge::judge;
 use nearmiss::scenario::{Scene, Window};
 use nearmiss::verdict::{Task, Verdict};
 
-use support::program::skipped;
+use support::recorded::folder;
 
 /// A published scenario with its recorded ego.
 struct Published {
@@ -29,24 +28,10 @@ struct Published {
 const WRONGLY_ANNOTATED: [(&str, i64); 2] =
     [("DEU_Bonn-38_4_T-1", 30233), ("ESP_Vigo-99_21_T-1", 3515)];
 
-fn folder() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions");
-    folder.is_dir().then_some(folder)
-}
-
 /// All published scenarios, read once; nothing, and a word about it, where they are not there.
 fn published() -> Option<&'static [Published]> {
     static ALL: OnceLock<Vec<Published>> = OnceLock::new();
-    let Some(folder) = folder() else {
-        skipped(
-            "the published scenarios are not here; NEARMISS_SHARED can name the folder that holds data/",
-        );
-        return None;
-    };
+    let folder = folder()?;
     let read = || {
         let open = |entry: Entry| {
             let scenario = entry.read().unwrap_or_else(|error| panic!("{error}"));

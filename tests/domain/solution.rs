@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 
 use nearmiss::formats::commonroad::{
     ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory, TrajectoryKind,
@@ -10,6 +9,8 @@ use nearmiss::formats::commonroad::{
 };
 use nearmiss::scenario::{Severity, VehicleModel, VehicleType};
 use proptest::prelude::*;
+
+use crate::support::recorded::shared;
 
 fn trajectory(kind: TrajectoryKind) -> impl Strategy<Value = SolutionTrajectory> {
     use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
@@ -358,22 +359,13 @@ fn damaged_files_give_errors_or_solutions_never_panics() {
     assert!(read_solution(deep.as_bytes(), "deep").is_err());
 }
 
-fn shared() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    shared.join("data/commonroad-io").is_dir().then_some(shared)
-}
-
 #[test]
 fn a_real_solution_survives() {
-    let Some(shared) = shared() else {
-        crate::support::program::skipped("../shared is not here");
+    let Some(shared) = shared("commonroad-io") else {
         return;
     };
     let name = "solution_KS2_SM1_DEU_Ibbenbueren-10_2_T-1_2020a.xml";
-    let bytes = std::fs::read(shared.join("data/commonroad-io").join(name)).unwrap();
+    let bytes = std::fs::read(shared.join(name)).unwrap();
     let mut read = read_solution(&bytes, name).unwrap();
     assert_eq!(
         read.benchmark_id(),

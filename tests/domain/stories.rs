@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use std::path::{Path, PathBuf};
+use crate::support::recorded::shared;
 
 use nearmiss::formats::{EgoSelection, Entry, bundled, find};
 use nearmiss::metrics::{Context, Direction};
@@ -538,14 +538,6 @@ impl Pair {
     }
 }
 
-fn shared() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    shared.join("data").is_dir().then_some(shared)
-}
-
 /// The story of a scenario with its ego, checked; nothing where it has none.
 fn checked(entry: &Entry) -> Option<(String, Pair)> {
     let scenario = entry.read().ok()?;
@@ -586,8 +578,9 @@ fn every_fact_of_the_bundled_stories_holds() {
 
 #[test]
 fn every_fact_of_sixty_published_stories_holds() {
-    let Some(shared) = shared() else { return };
-    let folder: PathBuf = shared.join("data/from-words-to-collisions/Scenarios");
+    let Some(folder) = shared("from-words-to-collisions/Scenarios") else {
+        return;
+    };
     let found = find(&[folder]).unwrap().entries;
     let every = (found.len() / 70).max(1);
     let some: Vec<Entry> = found.into_iter().step_by(every).collect();

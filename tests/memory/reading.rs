@@ -1,7 +1,8 @@
 //! Reading a file takes a few times its size at most.
 
 use super::{MEMORY, alone};
-use std::path::{Path, PathBuf};
+use crate::support::recorded::shared;
+use std::path::Path;
 
 use nearmiss::formats::commonroad::read;
 
@@ -31,15 +32,9 @@ fn a_scenario_takes_at_most_four_times_its_file() {
     let _turn = alone();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     check(&root.join("scenarios"));
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or(root.join("../shared"), PathBuf::from);
-    let published = shared.join("data/from-words-to-collisions/Scenarios");
-    if !published.is_dir() {
-        crate::support::program::skipped(&format!(
-            "there are no real files at {}",
-            shared.display()
-        ));
+    let Some(published) = shared("from-words-to-collisions/Scenarios") else {
         return;
-    }
+    };
     for folder in std::fs::read_dir(published).unwrap().flatten() {
         check(&folder.path());
     }

@@ -1,22 +1,25 @@
-//! The paper's recorded answers, which are not part of this repository.
+//! Real data, which are not part of this repository: `../shared/data`, or what `NEARMISS_SHARED` names.
 
 use std::path::{Path, PathBuf};
 
 use super::program::skipped;
 
-/// The folder `data/from-words-to-collisions` in `../shared`, or in what `NEARMISS_SHARED` names; without it nothing,
-/// and the test says that it did not run.
-pub fn folder() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions");
-    if folder.is_dir() {
-        return Some(folder);
+/// A part of the data; without it nothing, and the test says that it did not run.
+pub fn shared(part: &str) -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
+    let shared = std::env::var_os("NEARMISS_SHARED").map_or(beside, PathBuf::from);
+    let path = shared.join("data").join(part);
+    if path.exists() {
+        return Some(path);
     }
-    skipped(
-        "the recorded answers are not here; NEARMISS_SHARED can name the folder that holds data/",
-    );
+    skipped(&format!(
+        "there is no {}; NEARMISS_SHARED can name the folder that holds data/",
+        path.display()
+    ));
     None
+}
+
+/// The paper's repository: its scenarios, recorded egos and recorded answers.
+pub fn folder() -> Option<PathBuf> {
+    shared("from-words-to-collisions")
 }

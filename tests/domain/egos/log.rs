@@ -246,11 +246,9 @@ fn a_log_that_is_cut_off_is_read_to_its_last_whole_row() {
 
 #[test]
 fn published_logs_are_the_published_recordings() {
-    let Some(shared) = shared() else {
-        crate::support::program::skipped("../shared is not here");
+    let Some(root) = crate::support::recorded::shared("from-words-to-collisions/Generation") else {
         return;
     };
-    let root = shared.join("data/from-words-to-collisions/Generation");
     for name in ["BEL_Antwerp-1_14_T-1", "BEL_Antwerp-1_14_T-1n"] {
         let path = root.join(name).join(format!("{name}.xml"));
         let scenario = read_file(&path).unwrap();

@@ -1,13 +1,12 @@
 //! The example that the paper's authors published: an original, and the variant that a model made of it.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 
 use nearmiss::formats::commonroad;
 use nearmiss::generation::{Gate, Reason, Refusal};
 
 use super::built::names;
-use super::support::program::skipped;
+use super::support::recorded::shared;
 
 /// What is wrong with the variant's car: the kind, the steps, and the largest value. The first nine were worked out
 /// from the file's numbers by other means; the last four take the single-track model.
@@ -69,21 +68,9 @@ const EXPECTED: [(&str, &[i64], f64); 13] = [
     ),
 ];
 
-fn folder() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions/Generation");
-    folder.is_dir().then_some(folder)
-}
-
 #[test]
 fn each_violation_of_the_published_example_is_named() {
-    let Some(folder) = folder() else {
-        skipped(
-            "the published example is not here; NEARMISS_SHARED can name the folder that holds data/",
-        );
+    let Some(folder) = shared("from-words-to-collisions/Generation") else {
         return;
     };
     let read =

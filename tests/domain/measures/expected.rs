@@ -1,6 +1,6 @@
 //! Values that commonroad-crime's own tests expect, on its own scenarios.
 
-use std::path::{Path, PathBuf};
+use crate::support::recorded::shared;
 use std::sync::Arc;
 
 use nearmiss::formats::Entry;
@@ -9,13 +9,7 @@ use nearmiss::scenario::{Scenario, Scene};
 
 /// A scenario of commonroad-crime with one of its obstacles as the ego; nothing, said aloud, where it is not there.
 fn scene(file: &str, ego: i64, change: impl Fn(&mut Scenario)) -> Option<Scene> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or(root.join("../shared"), PathBuf::from);
-    let path = shared.join("data/commonroad-crime").join(file);
-    if !path.is_file() {
-        crate::support::program::skipped(&format!("there is no {}", path.display()));
-        return None;
-    }
+    let path = shared("commonroad-crime")?.join(file);
     let mut scenario = (*Entry::of_file(&path).read().unwrap()).clone();
     change(&mut scenario);
     Some(Scene::with_obstacle_as_ego(Arc::new(scenario), ego).unwrap())

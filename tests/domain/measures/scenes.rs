@@ -1,6 +1,6 @@
 //! Scenes that are looked at before and after a change, and what counts as the same.
 
-use std::path::{Path, PathBuf};
+use crate::support::recorded::folder;
 
 use nearmiss::formats::{Entry, find};
 use nearmiss::metrics::Reading;
@@ -45,14 +45,7 @@ pub fn none(found: &[String]) {
 /// One in so many of the published scenes with a recorded ego, with their names; nothing where they are not on this
 /// machine.
 pub fn recorded(every: usize) -> Option<impl Iterator<Item = (String, Scene)>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or(root.join("../shared"), PathBuf::from);
-    let published = shared.join("data/from-words-to-collisions");
-    if !published.is_dir() {
-        let published = published.display();
-        crate::support::program::skipped(&format!("there are no recorded scenes at {published}"));
-        return None;
-    }
+    let published = folder()?;
     let scenes = find(&[published])
         .unwrap()
         .entries

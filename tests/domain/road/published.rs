@@ -1,27 +1,18 @@
 //! Real maps: routes of all planning problems, recorded egos on theirs, the drivable area; with figures.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss::formats::{Entry, find};
 use nearmiss::geometry::{Footprint, FrenetError, Point, Pose, Shape, Vector, contains};
 use nearmiss::scenario::{Lane, RoadUser, Scenario};
 
-use crate::support::program::skipped;
+use crate::support::recorded::shared;
 
 /// The published scenarios; nothing, and a word about it, where they are not there.
 fn entries() -> Vec<Entry> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions/Scenarios");
-    if !folder.is_dir() {
-        skipped(
-            "the published scenarios are not here; NEARMISS_SHARED can name the folder that holds data/",
-        );
+    let Some(folder) = shared("from-words-to-collisions/Scenarios") else {
         return Vec::new();
-    }
+    };
     find(&[folder]).expect("a folder that can be read").entries
 }
 

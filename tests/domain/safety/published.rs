@@ -1,6 +1,5 @@
 //! How long before the published collisions the judge sees them, with floors, and how it holds where it was not chosen.
 
-use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use nearmiss::evaluation::windows::{Moment, Recording, SampledWindow, Sampling};
@@ -13,24 +12,14 @@ use nearmiss::metrics::Thresholds;
 use nearmiss::scenario::prediction::ObservedHistory;
 use nearmiss::scenario::{Scene, Window};
 
-use crate::support::program::skipped;
+use crate::support::recorded::folder;
 
 const LEADS: [f64; 5] = [0.2, 0.5, 1.0, 1.5, 2.0];
 
 /// The published scenarios, collisions and safe ones in turns; nothing, and a word about it, where they are not here.
 fn published() -> Option<&'static [Scene]> {
     static ALL: OnceLock<Vec<Scene>> = OnceLock::new();
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions");
-    if !folder.is_dir() {
-        skipped(
-            "the published scenarios are not here; NEARMISS_SHARED can name the folder that holds data/",
-        );
-        return None;
-    }
+    let folder = folder()?;
     let read = || {
         let open = |entry: nearmiss::formats::Entry| {
             let scenario = entry.read().unwrap();

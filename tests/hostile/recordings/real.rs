@@ -1,19 +1,8 @@
 //! The samples in ../shared: what the readers see in them is what is known of them.
 
-use std::path::{Path, PathBuf};
+use crate::support::recorded::shared;
 
 use super::*;
-
-fn shared(below: &str) -> Option<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or(root, PathBuf::from);
-    let path = shared.join("data").join(below);
-    if path.exists() {
-        return Some(path);
-    }
-    crate::support::program::skipped(&format!("there are no real files at {}", path.display()));
-    None
-}
 
 #[test]
 fn the_sample_of_waymo() {
