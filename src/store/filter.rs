@@ -396,7 +396,7 @@ mod tests {
 
     #[test]
     fn one_line_says_what_the_options_of_the_command_line_say() {
-        let filter = Filter::read("model:GPT brakes verdict:yes task:coll hard state:answered pinned since:2026-01-31T00:00:00Z").unwrap();
+        let filter = Filter::read("model:GPT brakes verdict:dangerous task:coll hard state:answered pinned since:2026-01-31T00:00:00Z").unwrap();
         let expected = Filter {
             words: Some("brakes hard".into()),
             model: Some("GPT".into()),
@@ -409,6 +409,10 @@ mod tests {
         };
         assert_eq!(filter, expected);
         assert_eq!(Filter::read("  ").unwrap(), Filter::default());
+        for (shown, stored) in [("yes", Decision::Dangerous), ("no", Decision::Safe)] {
+            let filter = Filter::read(&format!("verdict:{shown}")).unwrap();
+            assert_eq!(filter.verdict, Some(stored));
+        }
         for words in ["12:30 :8080", "\"at: (see:"] {
             assert_eq!(Filter::read(words).unwrap().words.as_deref(), Some(words));
         }

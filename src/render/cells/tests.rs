@@ -378,8 +378,8 @@ fn errors(picture: &Picture, size: (u16, u16), blocks: Blocks) -> (f64, f64) {
     (chosen / count, best / count)
 }
 
-/// Over all scenes, with all blocks, the errors of the cells are near those of an exhaustive choice.
-fn are_near(scenes: &[Scene], has_lines: bool) {
+/// Over all scenes, with all blocks, the errors of the cells are at most so many times those of an exhaustive choice.
+fn are_near(scenes: &[Scene], has_lines: bool, most: f64) {
     for blocks in [Blocks::Quadrants, Blocks::Sextants, Blocks::Octants] {
         let (mut chosen, mut best) = (0.0, 0.0);
         for scene in scenes {
@@ -400,7 +400,7 @@ fn are_near(scenes: &[Scene], has_lines: bool) {
             best / count,
             chosen / best
         );
-        assert!(chosen <= 1.15 * best, "{chosen} {best}");
+        assert!(chosen <= most * best, "{chosen} {best}");
     }
 }
 
@@ -408,7 +408,13 @@ fn are_near(scenes: &[Scene], has_lines: bool) {
 fn surfaces_and_bodies_come_as_near_to_their_picture_as_characters_can() {
     let scenes = scenes(None);
     assert_eq!(scenes.len(), 8);
-    are_near(&scenes, false);
+    are_near(&scenes, false, 1.15);
+}
+
+/// 1.15 is wanted here, too, and not reached: dots cover a quarter of what blocks would. It gets no worse.
+#[test]
+fn the_lines_of_bundled_scenes_are_no_farther_off_than_they_are() {
+    are_near(&scenes(None), true, 1.7);
 }
 
 #[test]
@@ -424,5 +430,5 @@ fn so_do_recorded_scenes_with_their_lines() {
     }
     let scenes = scenes(Some(&folder));
     assert_eq!(scenes.len(), 10);
-    are_near(&scenes, true);
+    are_near(&scenes, true, 1.15);
 }

@@ -244,7 +244,14 @@ mod tests {
                 bound(-3.0, LineMarking::Unknown),
             ),
         ];
-        let found = borders(&lanelets, &DrivenSurfaces::new(&[]));
+        let network = LaneletNetwork::new(lanelets.to_vec(), Vec::new(), Vec::new(), Vec::new());
+        let surfaces: Vec<Surface> = { network.lanelets.iter().enumerate() }
+            .map(|(place, lanelet)| Surface::new(lanelet, network.bounds_of(place)))
+            .collect();
+        let found = borders(&lanelets, &DrivenSurfaces::new(&surfaces));
+        // The road ends at the outer ones alone.
+        let edges: Vec<bool> = found.iter().map(|border| border.is_edge).collect();
+        assert_eq!(edges, [true, false, true]);
         let lines: Vec<_> = found.iter().map(|b| (b.points[0].y, b.lines)).collect();
         assert_eq!(
             lines,

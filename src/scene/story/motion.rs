@@ -90,11 +90,11 @@ impl Drive {
     /// From the first told place to the next that is at least a metre away.
     pub fn next_way(&self) -> Option<Vector> {
         let from = self.told().first()?.1.pose.position;
-        let ways = self
+        let mut ways = self
             .told()
             .iter()
             .map(|(_, motion)| motion.pose.position - from);
-        ways.into_iter().find(|way| way.norm() >= 1.0)
+        ways.find(|way| way.norm() >= 1.0)
     }
 
     /// The change of heading, radians, positive to the left; nothing of who hardly moves.
@@ -177,5 +177,51 @@ impl Drive {
         let falls = |place: &usize| self.speed(*place) > self.speed(place + 1);
         let first = (0..at).rev().take_while(falls).last();
         first.map_or(0.0, |first| self.speed(first) - self.speed(at))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nearmiss_base::geometry::Pose;
+
+    /// One that drives along x with these speeds, a tenth of a second each.
+    fn drive(speeds: &[f64], told: RangeInclusive<i64>) -> Drive {
+        let mut x = 0.0;
+        let motions: Vec<Motion> = { speeds.iter() }
+            .map(|velocity| {
+                x += velocity * 0.1;
+                Motion {
+                    pose: Pose::new(x, 0.0, 0.0),
+                    velocity: *velocity,
+                    acceleration: 0.0,
+                }
+            })
+            .collect();
+        let at = |step: i64| motions.get(usize::try_from(step).ok()?).copied();
+        Drive::new(at, told, 0.1)
+    }
+
+    #[test]
+    fn the_most_of_a_braking_is_that_of_all_that_is_told_of_it() {
+        // 8 m/s² for a second before what is told, then 2.
+        let hard = (0..10).map(|i| 20.0 - 0.8 * f64::from(i));
+        let soft = (0..10).map(|i| 12.0 - 0.2 * f64::from(i));
+        let speeds: Vec<f64> = hard.chain(soft).collect();
+        let drive = drive(&speeds, 14..=19);
+        let change = drive.hardest_slowing(14..=19).expect("it brakes");
+        assert!(change.speeds.0 > 18.0 && change.speeds.1 < 11.0);
+        assert!((change.most - 8.0).abs() < 0.1, "{}", change.most);
+    }
+
+    #[test]
+    fn a_rise_that_the_places_do_not_have_is_not_told() {
+        let rising: Vec<f64> = (0..20).map(|i| 4.0 + 0.2 * f64::from(i)).collect();
+        assert!(drive(&rising, 0..=19).rise().is_some());
+        let mut lies = drive(&rising, 0..=19);
+        for (step, motion) in &mut lies.all {
+            motion.pose.position.x = 0.4 * *step as f64;
+        }
+        assert!(lies.rise().is_none());
     }
 }

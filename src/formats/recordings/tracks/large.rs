@@ -21,7 +21,7 @@ use crate::recordings::Report;
 use crate::recordings::windows::{self, WindowRequest};
 
 /// Text of more bytes is read in stretches.
-const LARGE_TEXT: u64 = 96 << 20;
+const LARGE_TEXT: u64 = 192 << 20;
 
 /// A Parquet file of more rows is, too.
 const LARGE_ROWS: usize = 2_000_000;

@@ -424,7 +424,7 @@ pub enum MapOfTable {
     Inside(Vec<u8>),
 }
 
-/// Recordings that are kept for other windows of them, bytes: more than a table that is not read in stretches takes.
+/// Recordings that are kept for other windows of them, bytes: more than most tables take that are not read in stretches.
 const MAX_CACHED: usize = 256 << 20;
 
 static TABLES: FileCache<Table> = FileCache::new(MAX_CACHED);
