@@ -8,20 +8,27 @@
 mod motion;
 mod words;
 
-use std::ops::RangeInclusive;
-
 use nearmiss_base::geometry::angle_between;
 use serde::Serialize;
 
 use crate::metrics::{Context, CriticalMoment, Direction, Encounter, Headline, Measure, measure};
-use crate::scenario::{ObstacleType, Window};
-use motion::{Change, Drive};
+use crate::scenario::{ObstacleType, Track, Window};
+use motion::{Change, Drive, NOTABLE};
 
 /// So long before the moment a story begins, seconds.
 const BEFORE: f64 = 5.0;
 
 /// So long after it a story ends, seconds.
 const AFTER: f64 = 2.0;
+
+/// For less time nobody is told not to brake, seconds.
+const WHILE: f64 = 0.5;
+
+/// A braking so long before the time to collision gets short still belongs to it, seconds.
+const SHORTLY: f64 = 1.0;
+
+/// Speeds are told to rise from here on where there is more to tell, m/s.
+const RISE: f64 = 1.5;
 
 /// Who is slower stands, m/s.
 const STANDING: f64 = 0.5;
@@ -119,7 +126,7 @@ pub enum Fact {
         /// Until then.
         to: f64,
     },
-    /// One slows down: its speed falls with at least 1 m/s² all the time.
+    /// One brakes: its speed falls with at least 1 m/s² over 0.4 s, with breaks of at most 1 s.
     Brake {
         /// Who.
         who: Who,
@@ -131,10 +138,10 @@ pub enum Fact {
         from_speed: f64,
         /// Speed at the end.
         to_speed: f64,
-        /// The most, over 0.4 s.
+        /// The most, over 0.4 s, or over all of it where that is more.
         most: f64,
     },
-    /// One gets faster: the largest rise of its speed.
+    /// One gets faster: the largest rise of its speed without a fall of 0.5 m/s in it.
     SpeedUp {
         /// Who.
         who: Who,
@@ -147,7 +154,20 @@ pub enum Fact {
         /// Speed at the end.
         to_speed: f64,
     },
-    /// One never slows down with 1 m/s² between these times.
+    /// One gets slower and does not brake: the largest fall of its speed without a rise of 0.5 m/s in it.
+    SlowDown {
+        /// Who.
+        who: Who,
+        /// From then on.
+        from: f64,
+        /// Until then.
+        to: f64,
+        /// Speed at the beginning.
+        from_speed: f64,
+        /// Speed at the end.
+        to_speed: f64,
+    },
+    /// One never slows down with 1 m/s² between these times, nor in the second before.
     NoBrake {
         /// Who.
         who: Who,
@@ -198,7 +218,7 @@ pub enum Fact {
     NoCourse,
     /// The first contact.
     Contact {
-        /// When.
+        /// When: the first step at which they touch, or on the way to which.
         time: f64,
         /// The speed of one relative to the other.
         closing_speed: f64,
@@ -290,12 +310,15 @@ impl<'c, 's> Telling<'c, 's> {
         let first = (moment - before..=moment).rev().take_while(there).last()?;
         let last = (moment..=end).take_while(there).last()?;
         let window = Window::within(&(first..last + 1), last, usize::MAX);
-        let other = context.participants()[participant];
+        // Who never moves is at any step; what it does is told of its track, which ends.
+        let other = context.participants()[participant].obstacle.track();
         let told = window.first()..=window.last();
-        let drives = (
-            Drive::new(|step| scene.ego.track.at(step).copied(), told.clone(), dt),
-            Drive::new(|step| other.at(step).copied(), told, dt),
-        );
+        let drive = |track: &Track| {
+            let ends = |step: &i64| contact.is_none() || *step <= end;
+            let motion = |step| track.at(Some(step).filter(ends)?).copied();
+            Drive::new(motion, told.clone(), dt)
+        };
+        let drives = (drive(&scene.ego.track), drive(other));
         Some(Self {
             context,
             participant,
@@ -366,27 +389,43 @@ impl<'c, 's> Telling<'c, 's> {
         {
             return Vec::new();
         }
-        let (from, to) = self.span();
-        let (low, high) = self.other.speeds();
-        if high < STANDING {
+        if self.other.speeds().1 < STANDING {
             return Vec::new();
         }
-        let whole = self.window.first()..=self.window.last();
-        let brake = self.brake(Who::Other, &self.other, whole);
-        let mut facts: Vec<Fact> = self.turn(Who::Other, &self.other).into_iter().collect();
-        facts.extend(in_order([brake, self.rise(Who::Other, &self.other)]));
+        let who = Who::Other;
+        let brake = largest(self.brakings(&self.other, self.window.last()));
+        let mut facts: Vec<Fact> = self.turn(who, &self.other).into_iter().collect();
+        let brake = brake.map(|change| self.brake(who, &change));
+        let rise = rise(&self.other).map(|change| self.speed_up(who, &change));
+        facts.extend(in_order(brake.into_iter().chain(rise).collect()));
         facts.extend(self.pass());
-        if facts.is_empty() && is_while(from, to) {
-            let who = Who::Other;
-            facts.push(Fact::Speeds {
+        if facts.is_empty() {
+            facts.extend(self.speeds(who, &self.other));
+        }
+        facts
+    }
+
+    /// How the speed of one who does nothing else changes, if it moves.
+    fn speeds(&self, who: Who, drive: &Drive) -> Option<Fact> {
+        let (from, to) = self.span();
+        let (low, high) = drive.speeds();
+        if high < STANDING || !is_while(from, to) {
+            return None;
+        }
+        let changes = [drive.rise(), drive.fall()];
+        let change = largest(changes.into_iter().flatten().collect());
+        let change = change.filter(|change| is_change(change.gain().abs(), high));
+        Some(match change {
+            Some(change) if change.gain() > 0.0 => self.speed_up(who, &change),
+            Some(change) => self.slow_down(who, &change),
+            None => Fact::Speeds {
                 who,
                 low,
                 high,
                 from,
                 to,
-            });
-        }
-        facts
+            },
+        })
     }
 
     /// How near they come.
@@ -395,11 +434,14 @@ impl<'c, 's> Telling<'c, 's> {
         let ttc = self.lowest_ttc();
         let other = self.context.participants()[self.participant].obstacle;
         if let Some(contact) = contact {
+            let touched = self.time(contact.step);
             let before = ttc.filter(|(step, _)| *step <= contact.step);
             let short = before.and_then(|(step, _)| self.short_since(step));
+            // Where they touch it is short.
+            let short = short.filter(|(since, _)| is_while(self.time(*since), touched));
             let short = short.map(|(since, until)| self.short_ttc(since, until));
             let contact = Fact::Contact {
-                time: contact.time,
+                time: touched,
                 closing_speed: contact.closing_speed,
                 is_possible: contact.is_possible,
             };
@@ -440,52 +482,106 @@ impl<'c, 's> Telling<'c, 's> {
         });
         let (since, until) = short.unwrap_or(whole);
         let mut facts: Vec<Fact> = self.turn(who, &self.ego).into_iter().collect();
-        let brake = self.brake(who, &self.ego, since..=until);
-        let late = brake
-            .zip(short)
-            .and_then(|(brake, short)| self.reaction(&brake, short));
-        let (from, to) = (self.time(since), self.time(until));
-        let no_brake = || {
-            let moves = self.ego.speeds().1 >= STANDING && is_while(from, to);
-            moves.then_some(Fact::NoBrake { who, from, to })
+        // The braking that leads to the moment, and that of the time in which it is short where it is another one.
+        let brakings = self.brakings(&self.ego, until);
+        let last = brakings.last().copied();
+        let last = last.filter(|change| short.is_some() && change.steps.1 > since);
+        let told = [largest(brakings.clone()), last];
+        let told = brakings
+            .iter()
+            .filter(|change| told.contains(&Some(**change)));
+        let mut told: Vec<Fact> = told.map(|change| self.brake(who, change)).collect();
+        let late = match brakings[..] {
+            [only] => short.and_then(|short| self.reaction(only.steps.0, short)),
+            _ => None,
         };
-        let braked = brake.or_else(no_brake);
+        let rise = rise(&self.ego);
+        told.extend(self.no_brake(rise, (since, until)));
+        told.extend(rise.map(|change| self.speed_up(who, &change)));
         // The reaction is said right after the braking.
-        let rise = self.rise(who, &self.ego);
-        let told = in_order([braked, rise]);
-        for fact in told {
+        for fact in in_order(told) {
             facts.push(fact);
             if matches!(fact, Fact::Brake { .. }) {
                 facts.extend(late);
             }
         }
+        if facts.is_empty() {
+            facts.extend(self.speeds(who, &self.ego));
+        }
         facts
     }
 
-    /// When the time to collision got short, where the ego begins to slow down while it is.
-    fn reaction(&self, brake: &Fact, (since, until): (i64, i64)) -> Option<Fact> {
-        let Fact::Brake { from, .. } = brake else {
-            return None;
+    /// That the ego does not brake between two steps, or in most of it where it gets faster; nothing where it brakes or has
+    /// done so shortly before.
+    fn no_brake(&self, rise: Option<Change>, (since, until): (i64, i64)) -> Option<Fact> {
+        let rises = rise.map_or((until, until), |rise| rise.steps);
+        let rests = [(since, rises.0.min(until)), (rises.1.max(since), until)];
+        let (from, to) = rests.into_iter().max_by_key(|(from, to)| to - from)?;
+        let times = (self.time(from), self.time(to));
+        let is_long = times.1 - times.0 >= WHILE && 2 * (to - from) >= until - since;
+        let ego = &self.context.scene().ego.track;
+        let moves = |step| ego.at(step).is_some_and(|at| at.velocity.abs() >= STANDING);
+        let brakes = |change: &Change| {
+            change.steps.0 <= until && self.time(change.steps.1) > times.0 - SHORTLY
         };
+        let is_told = is_long && (from..=to).any(moves) && !self.ego.brakings().iter().any(brakes);
+        is_told.then_some(Fact::NoBrake {
+            who: Who::Ego,
+            from: times.0,
+            to: times.1,
+        })
+    }
+
+    /// When the time to collision got short, where the ego begins to brake at a step while it is.
+    fn reaction(&self, step: i64, (since, until): (i64, i64)) -> Option<Fact> {
         // The recording tells when it got short, and the ego did not slow down before.
         self.encounter(since - 1)?;
-        let step = (from / self.context.scene().scenario.dt()).round() as i64;
-        let is_reaction = (self.time(since)..=self.time(until)).contains(from)
-            && *from > self.span().0
+        let is_reaction = is_while(self.time(since), self.time(step))
+            && step <= until
+            && step > self.window.first()
             && self.ego.fallen_before(step) < SLOWED;
         is_reaction.then(|| self.short_ttc(since, until))
     }
 
-    /// The largest rise of a speed.
-    fn rise(&self, who: Who, drive: &Drive) -> Option<Fact> {
-        let Change { steps, speeds, .. } = drive.rise()?;
-        Some(Fact::SpeedUp {
+    fn speed_up(&self, who: Who, change: &Change) -> Fact {
+        Fact::SpeedUp {
             who,
-            from: self.time(steps.0),
-            to: self.time(steps.1),
-            from_speed: speeds.0,
-            to_speed: speeds.1,
-        })
+            from: self.time(change.steps.0),
+            to: self.time(change.steps.1),
+            from_speed: change.speeds.0,
+            to_speed: change.speeds.1,
+        }
+    }
+
+    fn slow_down(&self, who: Who, change: &Change) -> Fact {
+        Fact::SlowDown {
+            who,
+            from: self.time(change.steps.0),
+            to: self.time(change.steps.1),
+            from_speed: change.speeds.0,
+            to_speed: change.speeds.1,
+        }
+    }
+
+    fn brake(&self, who: Who, change: &Change) -> Fact {
+        Fact::Brake {
+            who,
+            from: self.time(change.steps.0),
+            to: self.time(change.steps.1),
+            from_speed: change.speeds.0,
+            to_speed: change.speeds.1,
+            most: change.most,
+        }
+    }
+
+    /// The brakings of what is told that begin by a step; not those of which only the end is told.
+    fn brakings(&self, drive: &Drive, until: i64) -> Vec<Change> {
+        let (first, begin) = (self.window.first(), self.span().0);
+        let is_told = |change: &Change| {
+            let (from, to) = change.steps;
+            from <= until && (from >= first || self.time(to) - begin >= WHILE)
+        };
+        drive.brakings().into_iter().filter(is_told).collect()
     }
 
     fn turn(&self, who: Who, drive: &Drive) -> Option<Fact> {
@@ -496,23 +592,6 @@ impl<'c, 's> Telling<'c, 's> {
             degrees: turned.to_degrees(),
             from,
             to,
-        })
-    }
-
-    /// The hardest braking between two steps.
-    fn brake(&self, who: Who, drive: &Drive, between: RangeInclusive<i64>) -> Option<Fact> {
-        let Change {
-            steps,
-            speeds,
-            most,
-        } = drive.hardest_slowing(between)?;
-        Some(Fact::Brake {
-            who,
-            from: self.time(steps.0),
-            to: self.time(steps.1),
-            from_speed: speeds.0,
-            to_speed: speeds.1,
-            most,
         })
     }
 
@@ -566,14 +645,29 @@ impl<'c, 's> Telling<'c, 's> {
 }
 
 /// Facts in the order of their times.
-fn in_order(facts: [Option<Fact>; 2]) -> Vec<Fact> {
+fn in_order(mut facts: Vec<Fact>) -> Vec<Fact> {
     let from = |fact: &Fact| match fact {
         Fact::Brake { from, .. } | Fact::NoBrake { from, .. } | Fact::SpeedUp { from, .. } => *from,
         _ => 0.0,
     };
-    let mut all: Vec<Fact> = facts.into_iter().flatten().collect();
-    all.sort_by(|a, b| from(a).total_cmp(&from(b)));
-    all
+    facts.sort_by(|a, b| from(a).total_cmp(&from(b)));
+    facts
+}
+
+/// The change by most.
+fn largest(changes: Vec<Change>) -> Option<Change> {
+    let all = changes.into_iter();
+    all.max_by(|a, b| a.gain().abs().total_cmp(&b.gain().abs()))
+}
+
+/// A rise of the speed that is told beside other things.
+fn rise(drive: &Drive) -> Option<Change> {
+    drive.rise().filter(|change| change.gain() >= RISE)
+}
+
+/// Whether who has up to such a speed does more than keep on where it changes by so much, m/s.
+fn is_change(by: f64, high: f64) -> bool {
+    by >= NOTABLE.max(0.1 * high)
 }
 
 /// Whether times differ as they are told.

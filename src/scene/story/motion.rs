@@ -2,6 +2,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use super::{SLOWED, STANDING};
 use crate::scenario::Motion;
 use nearmiss_base::geometry::{Vector, angle_between};
 
@@ -15,16 +16,20 @@ const OVER: f64 = 0.4;
 const LEAST_WAY: f64 = 2.0;
 
 /// Who gains or loses less does not speed up or brake, m/s.
-const NOTABLE: f64 = 0.5;
-
-/// Speeds are told to rise from here on, m/s.
-const RISE: f64 = 1.5;
+pub(super) const NOTABLE: f64 = 0.5;
 
 /// The share of a way by which places may differ from speeds.
 const AS_RECORDED: f64 = 0.15;
 
-/// Headings that change by more between two steps are those of a reversal or of noise, radians: 30°.
+/// Headings that change by more between two steps are those of a reversal or of noise, where the way does not turn as they
+/// do, radians: 30°.
 const JUMP: f64 = 0.524;
+
+/// Who turns by more between two steps goes back, radians: 135°.
+const BACK: f64 = 2.356;
+
+/// A braking goes on after a break of so many seconds.
+const BREAK: f64 = 1.0;
 
 /// Motions at consecutive steps, of which some are told.
 pub(super) struct Drive {
@@ -35,6 +40,7 @@ pub(super) struct Drive {
 }
 
 /// The time in which one slows down or speeds up.
+#[derive(Clone, Copy, PartialEq)]
 pub(super) struct Change {
     /// First and last step.
     pub steps: (i64, i64),
@@ -42,6 +48,13 @@ pub(super) struct Change {
     pub speeds: (f64, f64),
     /// The most of slowing down, m/s².
     pub most: f64,
+}
+
+impl Change {
+    /// How much faster it gets, m/s.
+    pub fn gain(&self) -> f64 {
+        self.speeds.1 - self.speeds.0
+    }
 }
 
 impl Drive {
@@ -75,8 +88,10 @@ impl Drive {
         let from = &self.all[place.saturating_sub(1)];
         let to = &self.all[(place + 1).min(self.all.len() - 1)];
         let way = (to.1.pose.position - from.1.pose.position).norm();
-        let told = self.speed(place) * (to.0 - from.0) as f64 * self.dt;
-        (way - told).abs() <= AS_RECORDED * told.max(way)
+        let seconds = (to.0 - from.0) as f64 * self.dt;
+        let told = self.speed(place) * seconds;
+        // Who starts has gone a bit by the next step.
+        (way - told).abs() <= (AS_RECORDED * told.max(way)).max(STANDING * seconds)
     }
 
     fn change(&self, from: usize, to: usize, most: f64) -> Change {
@@ -89,23 +104,38 @@ impl Drive {
 
     /// From the first told place to the next that is at least a metre away.
     pub fn next_way(&self) -> Option<Vector> {
-        let from = self.told().first()?.1.pose.position;
-        let mut ways = self
-            .told()
-            .iter()
-            .map(|(_, motion)| motion.pose.position - from);
+        self.way(self.told.start, self.told.clone())
+    }
+
+    /// From a place to the next of others that is at least a metre away.
+    fn way(&self, from: usize, others: impl Iterator<Item = usize>) -> Option<Vector> {
+        let position = |place: usize| self.all.get(place).map(|(_, motion)| motion.pose.position);
+        let from = position(from)?;
+        let mut ways = others.filter_map(|place| Some(position(place)? - from));
         ways.find(|way| way.norm() >= 1.0)
+    }
+
+    /// Whether the way turns by about so much between a place and the next.
+    fn way_turns(&self, place: usize, by: f64) -> bool {
+        let before = self.way(place, (0..place).rev());
+        let after = self.way(place + 1, place + 2..self.all.len());
+        before.zip(after).is_some_and(|(before, after)| {
+            let turned = angle_between((-before.y).atan2(-before.x), after.y.atan2(after.x));
+            by.abs() < BACK && (turned - by).abs() < JUMP
+        })
     }
 
     /// The change of heading, radians, positive to the left; nothing of who hardly moves.
     pub fn turned(&self) -> Option<f64> {
         let mut way = 0.0;
         let mut turned = 0.0;
-        for pair in self.told().windows(2) {
+        for (place, pair) in self.told.clone().zip(self.told().windows(2)) {
             let [(_, from), (_, to)] = pair else { continue };
             way += (to.pose.position - from.pose.position).norm();
             let by = angle_between(from.pose.heading, to.pose.heading);
-            turned += if by.abs() > JUMP { 0.0 } else { by };
+            if by.abs() <= JUMP || self.way_turns(place, by) {
+                turned += by;
+            }
         }
         (way >= LEAST_WAY).then_some(turned)
     }
@@ -127,46 +157,73 @@ impl Drive {
         (seconds > 0.0).then(|| (from.1.velocity.abs() - to.1.velocity.abs()) / seconds)
     }
 
-    /// The time around the hardest deceleration between two of the told steps in which one slows down all the time, however
-    /// long before and after them.
-    pub fn hardest_slowing(&self, between: RangeInclusive<i64>) -> Option<Change> {
+    /// The times in which one slows down, however long before and after what is told; with short breaks, in which it does
+    /// not get faster.
+    pub fn brakings(&self) -> Vec<Change> {
         let all: Vec<f64> = { 0..self.all.len() }
             .filter_map(|place| self.slowing(place))
             .collect();
-        let inside = |place: &usize| between.contains(&self.all[*place].0);
-        let told = self
-            .told
-            .clone()
-            .filter(|place| *place < all.len() && inside(place));
-        let hardest = told.max_by(|a, b| all[*a].total_cmp(&all[*b]))?;
-        let brakes = |place: &usize| all[*place] >= BRAKING;
-        let first = (0..=hardest).rev().take_while(brakes).last()?;
-        let last = (hardest..all.len()).take_while(brakes).last()?;
-        let most = all[first..=last].iter().copied().fold(0.0, f64::max);
-        let change = self.change(first, last, most);
-        (change.speeds.0 - change.speeds.1 >= NOTABLE).then_some(change)
+        let mut found: Vec<(usize, usize)> = Vec::new();
+        for place in (0..all.len()).filter(|place| all[*place] >= BRAKING) {
+            match found.last_mut() {
+                Some((first, last)) if self.goes_on(*first, *last, place) => *last = place,
+                _ => found.push((place, place)),
+            }
+        }
+        let changes = found.into_iter().map(|(first, last)| {
+            let most = all[first..=last].iter().copied().fold(0.0, f64::max);
+            // What lasts less than that for which it is measured is more than it.
+            self.change(first, last, most.max(self.mean(first, last)))
+        });
+        changes.filter(|change| -change.gain() >= NOTABLE).collect()
     }
 
-    /// The largest rise of the speed between two of the told steps.
+    /// The mean deceleration from one place to another, m/s².
+    fn mean(&self, from: usize, to: usize) -> f64 {
+        let seconds = (self.all[to].0 - self.all[from].0) as f64 * self.dt;
+        if seconds > 0.0 {
+            (self.speed(from) - self.speed(to)) / seconds
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether a braking goes on at a place where one brakes again.
+    fn goes_on(&self, first: usize, last: usize, again: usize) -> bool {
+        let seconds = (self.all[again].0 - self.all[last].0) as f64 * self.dt;
+        let faster = (last..=again).any(|place| self.speed(place) > self.speed(last) + SLOWED);
+        again == last + 1 || !faster && seconds <= BREAK && self.mean(first, again) >= BRAKING
+    }
+
+    /// The largest rise of the speed between two of the told steps without a fall in it.
     pub fn rise(&self) -> Option<Change> {
-        let mut lowest = self.told.start;
+        self.largest(|place| self.speed(place))
+    }
+
+    /// The largest fall of the speed between two of the told steps without a rise in it.
+    pub fn fall(&self) -> Option<Change> {
+        self.largest(|place| -self.speed(place))
+    }
+
+    /// The largest rise of a value between two of the told steps without a notable fall in it.
+    fn largest(&self, value: impl Fn(usize) -> f64) -> Option<Change> {
+        let (mut from, mut to) = (self.told.start, self.told.start);
         let mut found: Option<(usize, usize)> = None;
         for place in self.told.clone() {
             // The last of those from which it rises.
-            if self.speed(place) <= self.speed(lowest) {
-                lowest = place;
+            if value(place) <= value(from) || value(to) - value(place) >= NOTABLE {
+                (from, to) = (place, place);
             }
-            let rise = |(from, to): (usize, usize)| self.speed(to) - self.speed(from);
-            if rise((lowest, place)) > found.map_or(0.0, rise) {
-                found = Some((lowest, place));
+            if value(place) > value(to) {
+                to = place;
+            }
+            if value(to) - value(from) > found.map_or(0.0, |(from, to)| value(to) - value(from)) {
+                found = Some((from, to));
             }
         }
         let (from, to) = found?;
-        if ![from, to].into_iter().all(|place| self.is_driven(place)) {
-            return None;
-        }
-        let change = self.change(from, to, 0.0);
-        (change.speeds.1 - change.speeds.0 >= RISE).then_some(change)
+        let is_driven = [from, to].into_iter().all(|place| self.is_driven(place));
+        is_driven.then(|| self.change(from, to, 0.0))
     }
 
     /// By how much the speed has fallen already where one begins to brake, without a break before, m/s.
@@ -209,9 +266,58 @@ mod tests {
         let soft = (0..10).map(|i| 12.0 - 0.2 * f64::from(i));
         let speeds: Vec<f64> = hard.chain(soft).collect();
         let drive = drive(&speeds, 14..=19);
-        let change = drive.hardest_slowing(14..=19).expect("it brakes");
+        let [change] = drive.brakings()[..] else {
+            panic!("one braking");
+        };
         assert!(change.speeds.0 > 18.0 && change.speeds.1 < 11.0);
         assert!((change.most - 8.0).abs() < 0.1, "{}", change.most);
+    }
+
+    #[test]
+    fn the_most_of_a_short_braking_is_not_below_its_mean() {
+        let mut speeds = vec![2.0; 10];
+        speeds.extend([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let [change] = drive(&speeds, 0..=15).brakings()[..] else {
+            panic!("one braking");
+        };
+        let seconds = (change.steps.1 - change.steps.0) as f64 * 0.1;
+        assert!(change.most >= -change.gain() / seconds - 1e-9);
+        assert!((change.most - 5.0).abs() < 1e-9, "{}", change.most);
+    }
+
+    #[test]
+    fn a_braking_goes_on_after_a_break_and_not_after_speeding_up() {
+        let mut speeds: Vec<f64> = (0..10).map(|i| 20.0 - 0.3 * f64::from(i)).collect();
+        speeds.extend([17.3; 6]);
+        speeds.extend((0..10).map(|i| 17.3 - 0.3 * f64::from(i)));
+        assert_eq!(drive(&speeds, 0..=25).brakings().len(), 1);
+        for speed in &mut speeds[16..] {
+            *speed += 1.0;
+        }
+        assert_eq!(drive(&speeds, 0..=25).brakings().len(), 2);
+    }
+
+    #[test]
+    fn a_rise_ends_where_the_speed_falls() {
+        let rising = (0..15).map(|i| 9.0 + 0.2 * f64::from(i));
+        let again = (0..15).map(|i| 10.8 + 0.2 * f64::from(i));
+        let speeds: Vec<f64> = rising.chain(again).collect();
+        let rise = drive(&speeds, 0..=29).rise().expect("it gets faster");
+        assert!(rise.steps == (0, 14) || rise.steps == (15, 29));
+    }
+
+    #[test]
+    fn a_corner_within_a_step_is_a_turn() {
+        let mut corner = drive(&[10.0; 30], 0..=29);
+        for (step, motion) in corner.all.iter_mut().skip(15) {
+            motion.pose = Pose::new(15.0, (*step - 14) as f64, std::f64::consts::FRAC_PI_2);
+        }
+        assert!(corner.turned().is_some_and(|turned| turned > 1.5));
+        // A reversal is none.
+        for (step, motion) in corner.all.iter_mut().skip(15) {
+            motion.pose = Pose::new(29.0 - *step as f64, 0.0, std::f64::consts::PI);
+        }
+        assert!(corner.turned().is_some_and(|turned| turned.abs() < 0.1));
     }
 
     #[test]

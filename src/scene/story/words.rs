@@ -24,22 +24,23 @@ pub(super) fn sentence(subject: &str, facts: &[Fact]) -> String {
     let mut said = String::new();
     let mut about = None;
     for (place, fact) in facts.iter().enumerate() {
-        let who = who(fact);
+        let who = who_of(fact);
         let same = who.is_some() && who == about;
+        let next = facts.get(place + 1);
+        let goes_on = next.is_some_and(|next| who_of(next) == who && !is_then(fact, next));
         let link = match (fact, place) {
             (_, 0) => "",
             (Fact::ShortTtc { .. }, _) => ", ",
-            (Fact::SpeedUp { .. }, _) if matches!(facts[place - 1], Fact::Brake { .. }) => {
-                ", then "
-            }
+            _ if is_then(&facts[place - 1], fact) => ", then ",
             (Fact::Pass { .. }, _) => "; ",
             (Fact::Contact { .. } | Fact::Nearest { .. }, _) => "; ",
+            _ if same && goes_on => ", ",
             _ if same => " and ",
             _ => "; ",
         };
         said.push_str(link);
         said.push_str(&clause(subject, fact, same, facts));
-        about = who;
+        about = who.or(about);
     }
     let mut letters = said.chars();
     let first = letters
@@ -48,12 +49,19 @@ pub(super) fn sentence(subject: &str, facts: &[Fact]) -> String {
     format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
-fn who(fact: &Fact) -> Option<Who> {
+/// Whether what one does is said to follow a braking.
+fn is_then(before: &Fact, fact: &Fact) -> bool {
+    let after_braking = matches!(before, Fact::Brake { .. } | Fact::ShortTtc { .. });
+    after_braking && who_of(fact).is_some()
+}
+
+fn who_of(fact: &Fact) -> Option<Who> {
     match fact {
         Fact::Turn { who, .. }
         | Fact::Brake { who, .. }
         | Fact::NoBrake { who, .. }
         | Fact::SpeedUp { who, .. }
+        | Fact::SlowDown { who, .. }
         | Fact::Speeds { who, .. } => Some(*who),
         _ => None,
     }
@@ -96,10 +104,11 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
                     format!("moves across from left to right with {other_speed:.1} m/s")
                 }
             };
-            let place = side(place);
-            format!(
-                "at {time:.1} s the ego {ego}; {subject}, {distance:.1} m away {place}, {moves}"
-            )
+            let there = match place {
+                Direction::Contact => side(place).into(),
+                place => format!("{distance:.1} m away {}", side(place)),
+            };
+            format!("at {time:.1} s the ego {ego}; {subject}, {there}, {moves}")
         }
         Fact::Turn {
             who,
@@ -138,10 +147,34 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             to,
             from_speed,
             to_speed,
-        } => format!(
-            "{}speeds up from {from_speed:.1} to {to_speed:.1} m/s between {from:.1} and {to:.1} s",
-            one(who)
-        ),
+        } => {
+            let speeds_up = if from_speed < super::STANDING {
+                "starts and speeds up".into()
+            } else {
+                format!("speeds up from {from_speed:.1}")
+            };
+            format!(
+                "{}{speeds_up} to {to_speed:.1} m/s between {from:.1} and {to:.1} s",
+                one(who)
+            )
+        }
+        Fact::SlowDown {
+            who,
+            from,
+            to,
+            from_speed,
+            to_speed,
+        } => {
+            let slower = if to_speed < super::STANDING {
+                "m/s to a stand".into()
+            } else {
+                format!("to {to_speed:.1} m/s")
+            };
+            format!(
+                "{}slows down from {from_speed:.1} {slower} between {from:.1} and {to:.1} s",
+                one(who)
+            )
+        }
         Fact::NoBrake { who, from, to } => {
             format!("{}does not brake between {from:.1} and {to:.1} s", one(who))
         }
@@ -152,6 +185,11 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             from,
             to,
         } => {
+            let moves = if super::is_change(high - low, high) {
+                "moves"
+            } else {
+                "keeps on"
+            };
             let (low, high) = (format!("{low:.1}"), format!("{high:.1}"));
             let speeds = if low == high {
                 low
@@ -159,7 +197,7 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
                 format!("{low} to {high}")
             };
             format!(
-                "{}keeps on with {speeds} m/s between {from:.1} and {to:.1} s",
+                "{}{moves} with {speeds} m/s between {from:.1} and {to:.1} s",
                 one(who)
             )
         }
@@ -207,9 +245,12 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             is_possible,
         } => {
             let touch = if is_possible { "may touch" } else { "touch" };
-            format!(
-                "at {time:.1} s they {touch}, with {closing_speed:.1} m/s relative to each other"
-            )
+            // Who moves as the other does has no speed to tell.
+            let speed = match format!("{closing_speed:.1}").as_str() {
+                "0.0" => String::new(),
+                speed => format!(", with {speed} m/s relative to each other"),
+            };
+            format!("at {time:.1} s they {touch}{speed}")
         }
         Fact::Nearest {
             time,
