@@ -171,9 +171,12 @@ fn line(scene: &Scene, h: &History<'_>) -> String {
             touching(scene, &contact),
         ),
         Some(contact) => format!(
-            "{who} touches the ego {}: {before}. Risk score {}.",
+            "{who} touches the ego {}: {before}. Risk score {}. First touch at {:.2} s, closing speed {:.1} m/s.",
             touching(scene, &contact),
-            risk(h.risk)
+            risk(h.risk),
+            // The velocities above are those of the step.
+            contact.time,
+            contact.closing_speed
         ),
         None => format!(
             "{who}: nearest at {}: {before}. Worst risk score {}.",

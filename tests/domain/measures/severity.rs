@@ -69,9 +69,15 @@ fn a_course_is_graded_by_its_time_and_the_braking_that_it_needs() {
         (2, Grade::Conflict),
         "{found:?}"
     );
-    let Hazard::Course { seconds, braking } = found.hazard else {
+    let Hazard::Course {
+        seconds,
+        braking,
+        along_paths,
+    } = found.hazard
+    else {
         panic!("{found:?}");
     };
+    assert!(!along_paths, "straight on both are one");
     // Gap 31 − 15t + 2t², closing 15 − 4t: needed is closing² over twice the gap, less what a reaction takes.
     let t = found.step as f64 * 0.1;
     let (gap, closing) = (31.0 - 15.0 * t + 2.0 * t * t, 15.0 - 4.0 * t);
@@ -233,6 +239,12 @@ fn a_leader_round_a_bend_is_on_the_course() {
         "{found:?}"
     );
     assert!(found.step <= 3, "{found:?}");
+    // Straight on they do not touch at that time, and the words say so.
+    let words = found.hazard.to_string();
+    assert!(
+        words.contains("at constant speed on their paths"),
+        "{words}"
+    );
 }
 
 /// One comes from the side and stands 6 m before the ego's way, as it brakes from the beginning on.

@@ -21,6 +21,8 @@ pub(super) struct Course {
     pub closing_speed: f64,
     /// Whether their headings are more than 10° apart at the contact, and neither drives on the other's way, as in a bend.
     pub crosses: bool,
+    /// Whether it is along the paths driven, not straight on.
+    pub along_paths: bool,
 }
 
 impl Course {
@@ -254,6 +256,7 @@ fn meet_within(
                 crosses: angle_between(a.heading, b.heading).abs() > CROSSING
                     && !ego.leads_to(&b)
                     && !other.leads_to(&a),
+                along_paths: true,
             });
         }
         // As fast as it closed since the last look, and carefully so.

@@ -155,6 +155,7 @@ impl PairMoments<'_, '_> {
                 let hazard = Hazard::Course {
                     seconds: course.seconds,
                     braking: course.braking(),
+                    along_paths: course.along_paths,
                 };
                 moment((step, grade, order, hazard))
             });
@@ -214,6 +215,7 @@ impl PairPaths<'_, '_> {
                 seconds,
                 closing_speed: (velocities[1] - velocities[0]).norm(),
                 crosses: false,
+                along_paths: false,
             });
         if let Some(straight) = straight
             && (self.without_road() || self.keep_to_their_place(step))
@@ -223,7 +225,11 @@ impl PairPaths<'_, '_> {
         // Along their ways bodies meet later than straight on, or earlier.
         let driven = course::meet(self.ego, &self.other, encounter, step);
         match (straight, driven) {
-            (Some(_), Some(driven)) => Some(Self::as_they_go(driven)),
+            (Some(straight), Some(driven)) => Some(Self::as_they_go(Course {
+                // On a straight road both are one.
+                along_paths: (straight.seconds - driven.seconds).abs() >= 0.05,
+                ..driven
+            })),
             // Who drives up to another in a bend is on no straight course.
             (None, Some(driven)) if !driven.crosses => Some(Self::as_they_go(driven)),
             // They come after those that are straight.
@@ -326,6 +332,8 @@ pub enum Hazard {
         seconds: f64,
         /// The braking that avoids it after a reaction, m/s².
         braking: f64,
+        /// Whether they keep their speed along the paths that they drove, not velocity and heading as `ttc` has it.
+        along_paths: bool,
     },
     /// One crosses the path of the other.
     Crossing {
@@ -355,11 +363,20 @@ impl fmt::Display for Hazard {
                 is_possible: true, ..
             } => write!(f, "possible contact with a predicted occupancy"),
             Self::Contact { closing_speed, .. } => write!(f, "contact at {closing_speed:.1} m/s"),
-            Self::Course { seconds, braking } => {
+            Self::Course {
+                seconds,
+                braking,
+                along_paths,
+            } => {
                 write!(
                     f,
-                    "contact in {:.1} s at constant speed; ",
-                    seconds.max(SOONEST)
+                    "contact in {:.1} s at constant {}; ",
+                    seconds.max(SOONEST),
+                    if *along_paths {
+                        "speed on their paths"
+                    } else {
+                        "velocity"
+                    }
                 )?;
                 if *braking <= MAX_BRAKING {
                     write!(f, "avoided with {braking:.1} m/s² after a reaction")
@@ -375,7 +392,8 @@ impl fmt::Display for Hazard {
             Self::CutIn { seconds, metres } => {
                 write!(f, "cuts in {seconds:.1} s, {metres:.1} m ahead")
             }
-            Self::Near { metres } => write!(f, "nearest, {metres:.1} m"),
+            // Not the nearest: who stands or is parked comes after who moves.
+            Self::Near { metres } => write!(f, "{metres:.1} m apart"),
         }
     }
 }

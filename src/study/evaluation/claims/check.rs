@@ -87,22 +87,58 @@ impl CheckedClaim {
     /// As one line: `30308: claimed 3.2 m, actual 7.9 m (distance, step 14)`.
     #[must_use]
     pub fn line(&self) -> String {
-        let basis = match self.basis {
-            ClaimBasis::Exact => String::new(),
-            other => format!(", {}", other.label()),
+        let is_number = matches!(self.claim.stated, ClaimedValue::Number { .. });
+        let (agrees, basis) = match self.basis {
+            ClaimBasis::Exact => (self.by_centre(), String::new()),
+            other if is_number => (String::new(), format!(", {}", other.label())),
+            other => (
+                format!(", {} {}", self.stated(), other.label()),
+                String::new(),
+            ),
         };
         let why = match self.judgement {
             Judgement::Unknown(why) => format!("; {why}"),
             _ => String::new(),
         };
-        format!(
-            "{}: claimed {}, actual {} ({}, step {}{basis}{why})",
+        let (stated, step) = (self.stated(), self.step);
+        // A contact is named by what is claimed.
+        let (id, is_contact) = (
             self.claim.obstacle,
-            self.stated(),
-            self.is,
-            self.claim.quantity.name(),
-            self.step,
-        )
+            self.claim.stated == ClaimedValue::Contact,
+        );
+        let about = if is_contact {
+            String::new()
+        } else {
+            format!("{}, ", self.claim.quantity.name())
+        };
+        let both = if is_contact && self.is == stated {
+            format!("{stated}, as claimed")
+        } else {
+            format!("claimed {stated}, actual {}", self.is)
+        };
+        format!("{id}: {both}{agrees} ({about}step {step}{basis}{why})")
+    }
+
+    /// Why a right place is one where the true state is described by other words.
+    fn by_centre(&self) -> String {
+        let (ClaimedValue::Side(side), Judgement::Right) = (self.claim.stated, self.judgement)
+        else {
+            return String::new();
+        };
+        let unsaid = |said: Option<bool>, yes: &[&str], no: &[&str]| {
+            said.filter(|&said| {
+                let words = if said { yes } else { no };
+                !words.iter().any(|word| self.is.contains(word))
+            })
+        };
+        let unsaid = Side {
+            front: unsaid(side.front, &["front"], &["behind", "rear"]),
+            left: unsaid(side.left, &["left"], &["right"]),
+        };
+        match (unsaid.front, unsaid.left) {
+            (None, None) => String::new(),
+            _ => format!(", its centre {unsaid}"),
+        }
     }
 }
 
@@ -164,12 +200,9 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             rough,
             magnitude,
         } => {
+            let sizes = magnitude && value >= 0.0;
             let fits = |truth: f64| {
-                let told = if magnitude && value >= 0.0 {
-                    truth.abs()
-                } else {
-                    truth
-                };
+                let told = if sizes { truth.abs() } else { truth };
                 let share = if rough { 0.1 } else { 0.02 };
                 let digit = 0.5 * 10_f64.powi(-i32::from(decimals));
                 (told - value).abs() <= digit.max(0.05).max(share * truth.abs()) + 1e-9
@@ -202,12 +235,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                 .or_else(|| exact.first().copied());
             checked.truth = shown;
             checked.is = match shown {
-                Some(truth) => format!(
-                    "{:.*} {}",
-                    usize::from(decimals.max(1)),
-                    truth + 0.0,
-                    claim.quantity.unit()
-                ),
+                Some(truth) => worded(claim.quantity, truth, decimals, sizes),
                 None => "none: never reached".into(),
             };
             checked.judgement = if shown.is_some_and(fits) {
@@ -220,12 +248,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                 if let Some((basis, truth)) = told.into_iter().find(|(_, truth)| fits(*truth)) {
                     checked.basis = basis;
                     checked.truth = Some(truth);
-                    checked.is = format!(
-                        "{:.*} {}",
-                        usize::from(decimals.max(1)),
-                        truth + 0.0,
-                        claim.quantity.unit()
-                    );
+                    checked.is = worded(claim.quantity, truth, decimals, sizes);
                     checked.judgement = Judgement::Right;
                 }
             }
@@ -267,6 +290,24 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
         }
     }
     checked
+}
+
+/// A true number with its unit; where only `sizes` are compared, words say what its minus means.
+fn worded(quantity: Quantity, truth: f64, decimals: u8, sizes: bool) -> String {
+    let decimals = usize::from(decimals.max(1));
+    let number = |value: f64| format!("{value:.decimals$} {}", quantity.unit());
+    let minus = match quantity {
+        Quantity::GapLat | Quantity::VelocityLat | Quantity::AccelerationLat => "to the right",
+        Quantity::GapLong => "behind",
+        Quantity::VelocityLong | Quantity::AccelerationLong => "backwards",
+        Quantity::Acceleration => "of braking",
+        _ => "",
+    };
+    if sizes && truth < 0.0 && !minus.is_empty() {
+        format!("{} {minus}", number(-truth))
+    } else {
+        number(truth + 0.0)
+    }
 }
 
 /// The numbers of the exact bodies that the quantity can mean, the usual one first.
@@ -564,4 +605,19 @@ fn along_the_map(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     [apart.x, apart.y, apart.norm()]
         .iter()
         .any(|d| (d.abs() - value.abs()).abs() <= digit.max(share * d.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_say_what_the_minus_of_a_size_means() {
+        let lateral = |truth, sizes| worded(Quantity::GapLat, truth, 2, sizes);
+        assert_eq!(lateral(-2.45, true), "2.45 m to the right");
+        assert_eq!(lateral(-2.45, false), "-2.45 m");
+        assert_eq!(lateral(10.79, true), "10.79 m");
+        assert_eq!(worded(Quantity::GapLong, -3.0, 0, true), "3.0 m behind");
+        assert_eq!(worded(Quantity::Ttc, 0.5, 1, true), "0.5 s");
+    }
 }

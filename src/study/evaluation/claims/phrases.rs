@@ -74,7 +74,10 @@ pub fn find_standstill(lower: &str) -> Vec<(Range<usize>, Quantity)> {
                     .any(|word| after.starts_with(word));
             (whole && !other).then(|| from + at..from + at + word.len())
         });
-        found.extend(phrase.map(|span| (span, Quantity::Speed)));
+        found.extend(phrase.map(|span| {
+            let quantity = axis_before(&lower[..span.start]).unwrap_or(Quantity::Speed);
+            (span, quantity)
+        }));
         let placed = |words: &str| {
             let at = from + clause.find(words)?;
             Some(at..at + words.len())
@@ -106,6 +109,34 @@ pub fn find_standstill(lower: &str) -> Vec<(Range<usize>, Quantity)> {
         }
     }
     found
+}
+
+/// The velocity of 0 that a standstill comments on, of the words before it: "longitudinal velocity: 0.0 m/s (stationary)".
+/// Nothing where both axes, another number or other words come before: a body that stands has a velocity relative to the
+/// ego.
+fn axis_before(before: &str) -> Option<Quantity> {
+    let own = before.rsplit([';', '\n']).next().unwrap_or(before);
+    let ends = ["velocity", "speed", "movement", "motion"];
+    let at = |axis: &str| {
+        let words = ends.map(|noun| format!("{axis} {noun}"));
+        words
+            .iter()
+            .filter_map(|words| Some(own.rfind(words.as_str())? + words.len()))
+            .max()
+    };
+    let (quantity, end) = match (at("longitudinal"), at("lateral")) {
+        (Some(end), None) => (Quantity::VelocityLong, end),
+        (None, Some(end)) => (Quantity::VelocityLat, end),
+        _ => return None,
+    };
+    let between = own[end..].replace("m/s", "");
+    let words = between.split(|c: char| !(c.is_alphanumeric() || c == '.'));
+    let mut words = words.filter(|word| !word.is_empty()).peekable();
+    let is_nothing = |word: &str| word.parse() == Ok(0.0_f64);
+    let is_zero = words.peek().is_none()
+        || words
+            .all(|word| is_nothing(word) || ["of", "is", "and", "hence", "i.e."].contains(&word));
+    is_zero.then_some(quantity)
 }
 
 /// Where a sentence in lower case says that a gap never closes, or takes no time to: "infinite lateral TTC".
@@ -278,6 +309,33 @@ mod tests {
             "quasistatic",
         ] {
             assert_eq!(find_standstill(unsaid), [], "{unsaid}");
+        }
+        for (said, quantity) in [
+            (
+                "longitudinal velocity: 0.0 m/s (stationary)",
+                Quantity::VelocityLong,
+            ),
+            ("lateral speed is 0, static", Quantity::VelocityLat),
+            (
+                "longitudinal velocity 0, lateral velocity 0 (stationary)",
+                Quantity::Speed,
+            ),
+            (
+                "its longitudinal velocity is 0, so the cyclist is stationary",
+                Quantity::Speed,
+            ),
+            (
+                "longitudinal velocity: -8.3 m/s (stationary)",
+                Quantity::Speed,
+            ),
+            (
+                "longitudinal velocity of 0 m/s, 30309 is stationary",
+                Quantity::Speed,
+            ),
+        ] {
+            let found = find_standstill(said);
+            assert_eq!(found.len(), 1, "{said}: {found:?}");
+            assert_eq!(found[0].1, quantity, "{said}");
         }
         let axis = find_standstill("driving toward the ego, no lateral motion.");
         assert_eq!(axis, [(24..41, Quantity::VelocityLat)]);

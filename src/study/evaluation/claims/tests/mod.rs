@@ -222,10 +222,12 @@ fn claims_are_held_against_the_geometry() {
     assert_eq!(wrong.judgement, Judgement::Wrong);
     assert!((wrong.truth.unwrap() - now.gap_long).abs() < 1e-9);
     let line = wrong.line();
+    let side = if now.gap_long < 0.0 { " behind" } else { "" };
     assert!(
         line.contains(&format!(
-            "actual {:.2} m (gap longitudinal, step {})",
-            now.gap_long, window.1
+            "actual {:.2} m{side} (gap longitudinal, step {})",
+            now.gap_long.abs(),
+            window.1
         )),
         "{line}"
     );
@@ -265,6 +267,11 @@ fn claims_are_held_against_the_geometry() {
     assert_eq!(
         (touch.judgement, touch.is.as_str()),
         (Judgement::Wrong, "no contact at any step")
+    );
+    let step = window.1;
+    assert_eq!(
+        touch.line(),
+        format!("{a}: claimed contact, actual no contact at any step (step {step})")
     );
 }
 

@@ -49,34 +49,39 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Which runs are not counted, and how many: `30 repeats of a question, …`.
+    /// Which runs are not counted, and how many: `30 repeats of a question, …`; and what command shows them.
     #[must_use]
-    pub fn left_out(&self) -> Vec<String> {
+    pub fn left_out(&self) -> Vec<(String, Option<&'static str>)> {
         let all = [
             (
                 self.asked_again,
                 "repeats of a question, one of whose answers counts; their costs are counted",
+                None,
             ),
-            (self.other_tasks, "of tasks without a yes or no"),
+            (self.other_tasks, "of tasks without a yes or no", None),
             (
                 self.unknown_ways,
                 "with a frame or techniques unknown to this version",
+                None,
             ),
             (
                 self.other_leads,
-                "at further leads of their batch; `nearmiss evaluate BATCH` shows them",
+                "at further leads of their batch",
+                Some("`nearmiss evaluate BATCH` shows them"),
             ),
             (
                 self.locked,
-                "of test splits that are not complete; `nearmiss report --batch ID` shows how far they are",
+                "of test splits that are not complete",
+                Some("`nearmiss report --batch ID` shows how far they are"),
             ),
             (
                 self.changed,
-                "about transformed scenes; `nearmiss evaluate BATCH` shows them",
+                "about transformed scenes",
+                Some("`nearmiss evaluate BATCH` shows them"),
             ),
         ];
-        let some = all.into_iter().filter(|(count, _)| *count > 0);
-        some.map(|(count, what)| format!("{count} {what}"))
+        let some = all.into_iter().filter(|(count, ..)| *count > 0);
+        some.map(|(count, what, shown)| (format!("{count} {what}"), shown))
             .collect()
     }
 }
