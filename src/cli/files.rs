@@ -7,6 +7,7 @@ use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::{ContentHash, Scene};
 
 use super::output::{self, Cell, Column, Kind};
+use super::{Failure, Outcome};
 
 /// Digits of a hash that tell files apart, as elsewhere.
 const DIGITS: usize = 12;
@@ -52,6 +53,36 @@ impl RowFile {
     /// The cells under [`Self::COLUMNS`].
     pub fn cells(&self) -> [Cell; 4] {
         self.0.clone()
+    }
+}
+
+/// The files of scenarios that are read, which are never written over.
+#[derive(Debug)]
+pub struct Inputs(HashSet<PathBuf>);
+
+impl Inputs {
+    /// Those of these scenarios.
+    pub fn of(entries: &[Entry]) -> Self {
+        // Of a long recording there are many scenarios.
+        let files: HashSet<PathBuf> = entries.iter().filter_map(Entry::file).collect();
+        Self(
+            files
+                .iter()
+                .filter_map(|file| file.canonicalize().ok())
+                .collect(),
+        )
+    }
+
+    /// Refuses a file to write that is one of them.
+    pub fn spare(&self, output: Option<&Path>) -> Outcome {
+        let is_input = |path: &&Path| path.canonicalize().is_ok_and(|file| self.0.contains(&file));
+        match output.filter(is_input) {
+            None => Ok(()),
+            Some(path) => Err(Failure::input(format!(
+                "{}: is one of the input scenarios and is not overwritten; name another file",
+                path.display()
+            ))),
+        }
     }
 }
 

@@ -27,7 +27,7 @@ use nearmiss_workflow::{
     MissingEgo, Models, OpenError, OpenRequest, OpenedScene, StandIn, find, open,
 };
 
-use super::files::{say_shared_names, without_side_files};
+use super::files::{Inputs, say_shared_names, without_side_files};
 use super::plan::as_ego;
 use super::{Command, Failure, Outcome, output};
 
@@ -114,6 +114,7 @@ fn recorded(said: Option<&Path>, planning_problem: Option<i64>) -> Result<EgoSel
 impl ScenarioArguments {
     /// Opens the scene.
     pub fn open(&self) -> Result<(Entry, Arc<Scene>), Failure> {
+        check_reading(std::slice::from_ref(&self.file), None)?;
         let entry = entry(&self.file)?;
         let scene = scene(&entry, &self.ego)?;
         Ok((entry, scene))
@@ -152,11 +153,32 @@ pub fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
         .find_map(|entry| Some((seen.insert(&entry.name, entry)?, entry)))
 }
 
+/// Refuses options for tables that apply to none of these arguments, and a file to write that is one of them.
+pub fn check_reading(paths: &[PathBuf], output: Option<&Path>) -> Outcome {
+    let paths: Result<Vec<PathBuf>, _> = paths.iter().map(|path| formats::resolved(path)).collect();
+    // One that is not there is said where it is opened.
+    let Ok(paths) = paths else {
+        return Ok(());
+    };
+    let entries: Vec<Entry> = paths.iter().map(|path| Entry::of_argument(path)).collect();
+    formats::check_table_options(&entries, false).map_err(Failure::input)?;
+    Inputs::of(&entries).spare(output)
+}
+
 /// The scenarios at `paths`. What was passed over is said.
+///
+/// # Errors
+/// One cannot be found, or an option for tables applies to none of them.
 pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
+    found_beside(paths, false)
+}
+
+/// The same; `has_tables` is whether tables are read beside them.
+pub fn found_beside(paths: &[PathBuf], has_tables: bool) -> Result<Vec<Entry>, Failure> {
     let paths = without_side_files(paths);
     let paths = paths.iter().map(|path| resolved(path));
     let found = find(&paths.collect::<Result<Vec<_>, _>>()?).map_err(Failure::input)?;
+    formats::check_table_options(&found.entries, has_tables).map_err(Failure::input)?;
     Ok(with_notes(found))
 }
 
@@ -560,9 +582,12 @@ fn double(entry: &Entry, scene: &Scene) -> Option<String> {
     };
     let double = scene.participants().find(is_double)?;
     let id = double.obstacle.id;
+    let instead = match Scene::with_obstacle_as_ego(Arc::clone(&scene.scenario), id) {
+        Ok(_) => format!("; if it is the ego, `--ego {id}` says so"),
+        Err(_) => String::new(),
+    };
     Some(format!(
-        "nearmiss: {}: obstacle {id} is where the ego is at each step, so that they touch all the time; if it is the ego, \
-         `--ego {id}` says so",
+        "nearmiss: {}: obstacle {id} is where the ego is at each step, so that they touch all the time{instead}",
         entry.display()
     ))
 }

@@ -23,7 +23,8 @@ use serde::Serialize;
 
 use super::many_files::Failed;
 use super::open::{
-    EgoChoice, ScenarioArguments, configuration, entry, scene, techniques, user_thresholds,
+    EgoChoice, ScenarioArguments, check_reading, configuration, entry, scene, techniques,
+    user_thresholds,
 };
 use super::span::Span;
 use super::{Failure, Outcome, json, knobs, output};
@@ -260,6 +261,7 @@ impl json::Output for StoryDocument {
 
 /// Runs `describe`.
 pub fn describe(arguments: &Describe) -> Outcome {
+    check_reading(&arguments.files, arguments.output.as_deref())?;
     let [one] = arguments.files.as_slice() else {
         if arguments.output.is_some() {
             return Err(Failure::input(

@@ -10,13 +10,14 @@ use nearmiss_scene::scenario::Scene;
 use nearmiss_workflow::{experiment_among, find, index_parts};
 use rayon::prelude::*;
 
-use super::open::{advised, found, resolved, scene_with};
+use super::open::{advised, check_reading, found, resolved, scene_with};
 use super::{Arguments, Failure, Outcome, output};
 
 /// The paths that the workbench opens.
 ///
 /// # Errors
-/// A scenario does not exist, or a name is the beginning of several: in words, with suggestions.
+/// A scenario does not exist, or a name is the beginning of several: in words, with suggestions; or an option for tables
+/// applies to none of them.
 pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
     let of_argument = |path: &PathBuf| {
         resolved(path).map_err(|failure| Failure {
@@ -24,7 +25,16 @@ pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
             ..failure
         })
     };
-    arguments.paths.iter().map(of_argument).collect()
+    let paths: Vec<PathBuf> = arguments
+        .paths
+        .iter()
+        .map(of_argument)
+        .collect::<Result<_, _>>()?;
+    // Without paths there may be an index, or what is opened later.
+    if arguments.command.is_none() && !paths.is_empty() {
+        check_reading(&paths, None)?;
+    }
+    Ok(paths)
 }
 
 /// What is said of a path that does not exist and could have been meant as a command.

@@ -29,6 +29,17 @@ pub(super) type Stretches = Box<dyn Iterator<Item = Result<LongRecording, ReadEr
 /// Around which moments of a long recording windows are listed.
 pub type Ranking<'a> = &'a (dyn Fn(&LongRecording) -> Vec<RankedMoment> + Sync);
 
+/// What of that which the user says of every table applies to a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Applies {
+    /// None of it.
+    Nothing,
+    /// The map.
+    Map,
+    /// The map, the columns and the rate.
+    All,
+}
+
 /// A format of scenarios.
 pub(super) trait Format: Sync {
     /// Whether a file begins as those of this format do; `head` is its first [`HEAD`] bytes or all of it.
@@ -38,6 +49,11 @@ pub(super) trait Format: Sync {
     /// these are named.
     fn is_found(&self, path: &Path, head: &[u8]) -> bool {
         self.recognises(path, head)
+    }
+
+    /// What of that which the user says of tables applies to a file of this format.
+    fn applies(&self, _: &Path, _: &[u8]) -> Applies {
+        Applies::Nothing
     }
 
     /// The scenarios in a file, without reading each.
@@ -81,6 +97,14 @@ impl Format for CommonRoad {
         true
     }
 
+    /// What is wrong with files that are no scenarios is said when they are read.
+    fn applies(&self, path: &Path, _: &[u8]) -> Applies {
+        match commonroad::is_scenario(path) {
+            Ok(true) => Applies::Nothing,
+            _ => Applies::All,
+        }
+    }
+
     fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
         Ok(Parts::One)
     }
@@ -96,6 +120,14 @@ fn format_of(file: &Path) -> &'static dyn Format {
     let mut all = FORMATS.into_iter();
     all.find(|format| format.recognises(file, &head))
         .unwrap_or(&CommonRoad)
+}
+
+/// What of that which the user says of tables applies to a file; all of it where it is a folder, in which tables may be.
+pub(super) fn applies(file: &Path) -> Applies {
+    let Ok(head) = beginning_of_file(file, HEAD) else {
+        return Applies::All;
+    };
+    format_of(file).applies(file, &head)
 }
 
 /// Reads the scenario at a path, of whatever format.

@@ -20,7 +20,8 @@ pub use library::{Entry, EntryLocation, bundled, resolved};
 pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
 pub use recordings::{
     Columns, ColumnsError, Forecast, LONGEST_PLAY, LongRecording, NamedTable, Player, RankedMoment,
-    TableOptions, look_for_maps_in, play_with, read_forecasts, read_tables_with,
+    TableOptions, check_table_options, look_for_maps_in, play_with, read_forecasts,
+    read_tables_with,
 };
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,

@@ -11,7 +11,7 @@ use super::commonroad::{self, ReadError, Unrecognised};
 use super::dispatch::{self, Address, Ranking};
 use super::library::{Entry, EntryLocation};
 use super::recordings::LongRecording;
-use super::unread::FileKind;
+use super::unread::{FileKind, Kind};
 
 /// Results of a search.
 #[derive(Debug, Default)]
@@ -134,9 +134,7 @@ pub fn find_ranked(paths: &[PathBuf], ranking: Ranking<'_>) -> Result<SearchResu
         passed_over,
     };
     match paths.first() {
-        Some(first) if found.entries.is_empty() => {
-            Err(nothing(first, found.passed_over_in_short()))
-        }
+        Some(first) if found.entries.is_empty() => Err(nothing(first, &found)),
         _ => Ok(found),
     }
 }
@@ -168,16 +166,25 @@ pub fn find_in_pieces(
                 entries: Vec::new(),
                 passed_over,
             };
-            Err(nothing(first, found.passed_over_in_short()))
+            Err(nothing(first, &found))
         }
         _ => Ok(passed_over),
     }
 }
 
-fn nothing(path: &Path, passed_over: Option<String>) -> LibraryError {
+fn nothing(path: &Path, found: &SearchResults) -> LibraryError {
+    // What to do about the first one often helps with all.
+    let instead = found
+        .passed_over
+        .first()
+        .and_then(|first| match &first.why {
+            PassedOverReason::Kind { instead, .. } => Some(format!("; {instead}")),
+            _ => None,
+        });
+    let passed_over = found.passed_over_in_short();
     LibraryError::Nothing {
         path: path.to_path_buf(),
-        passed_over,
+        passed_over: passed_over.map(|words| words + &instead.unwrap_or_default()),
     }
 }
 
@@ -227,7 +234,7 @@ struct Search<'a> {
     give: &'a mut dyn FnMut(Vec<PathBuf>),
     passed_over: Vec<PassedOver>,
     /// Files that belong to recordings, and what they are.
-    beside: Vec<(PathBuf, String)>,
+    beside: Vec<(PathBuf, Kind)>,
 }
 
 impl<'a> Search<'a> {
@@ -279,8 +286,8 @@ impl<'a> Search<'a> {
         search.give_out();
         // With recordings they need no word; alone they are what was meant.
         if search.given == 0 {
-            for (path, what) in std::mem::take(&mut search.beside) {
-                search.pass_over(path, PassedOverReason::Kind(what));
+            for (path, kind) in std::mem::take(&mut search.beside) {
+                search.pass_over(path, kind.into());
             }
         }
         search.passed_over.sort_by(|a, b| a.path.cmp(&b.path));
@@ -362,9 +369,9 @@ impl<'a> Search<'a> {
         if !dispatch::is_recording(&path) {
             match dispatch::unread_kind(&path) {
                 Some(kind) if kind.found == FileKind::Data => {
-                    self.pass_over(path, PassedOverReason::Kind(kind.what));
+                    self.pass_over(path, kind.into());
                 }
-                Some(kind) if kind.found == FileKind::Beside => self.beside.push((path, kind.what)),
+                Some(kind) if kind.found == FileKind::Beside => self.beside.push((path, kind)),
                 _ => {}
             }
             return;
@@ -398,12 +405,26 @@ pub enum PassedOverReason {
     /// A recording that is damaged.
     #[error("{}", .0.message)]
     Recording(ReadError),
-    /// Data of driving in a format that is not read: what it is.
-    #[error("{0}, not a scenario")]
-    Kind(String),
+    /// Data of driving in a format that is not read.
+    #[error("{what}, not a scenario")]
+    Kind {
+        /// What it is.
+        what: String,
+        /// What to do instead.
+        instead: String,
+    },
     /// A folder that could not be read.
     #[error("not searched: {}", system::error_text(.0))]
     Folder(std::io::Error),
+}
+
+impl From<Kind> for PassedOverReason {
+    fn from(kind: Kind) -> Self {
+        Self::Kind {
+            what: kind.what,
+            instead: kind.instead,
+        }
+    }
 }
 
 /// Describes how many files and folders these are; `None` if none.

@@ -5,10 +5,13 @@ use std::path::Path;
 use nearmiss_scene::scenario::Scenario;
 
 use super::commonroad::{self, ReadError};
-use super::dispatch::{Address, Format, Parts};
+use super::dispatch::{Address, Applies, Format, Parts};
 use super::recordings;
 use crate::commonroad::root_name_of;
-use crate::recordings::{columns_of, is_esmini_log, lacking_columns, missing_columns};
+use crate::recordings::{
+    Lacking, columns_of, is_esmini_log, json_columns, lacking_columns, missing_columns,
+    without_header,
+};
 
 /// Files that are not read.
 pub(super) struct Unread;
@@ -18,7 +21,7 @@ pub(super) struct Kind {
     /// As in `a road network of SUMO`.
     pub what: String,
     /// What its owner can do instead.
-    instead: String,
+    pub instead: String,
     /// How a search of a folder takes it.
     pub found: FileKind,
 }
@@ -97,6 +100,11 @@ impl Format for Unread {
 
     fn is_found(&self, _: &Path, _: &[u8]) -> bool {
         false
+    }
+
+    /// What they are is said when they are read.
+    fn applies(&self, _: &Path, _: &[u8]) -> Applies {
+        Applies::All
     }
 
     fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
@@ -290,6 +298,11 @@ fn other(name: &str, text: &str) -> Option<Kind> {
         let instead = "OpenSCENARIO XML (.xosc) is read";
         return Some(Kind::new(FileKind::Data, what, instead));
     }
+    if let Some(count) = without_header(text).filter(|_| !text.contains('<')) {
+        let what = format!("a table of {count} columns without a header");
+        let instead = "if it has tracks, say which column is what, from 1: --columns time=1,id=2,x=3,y=4 (`nearmiss help tracks`)";
+        return Some(Kind::new(FileKind::Other, what, instead));
+    }
     table(text).or_else(|| {
         // A markup further on is searched for by the reader of CommonRoad.
         let plain = !text.contains('<');
@@ -323,6 +336,10 @@ fn json(text: &str) -> Kind {
     }
     if has("nbformat") {
         return Kind::other("a notebook of Jupyter");
+    }
+    let lacking = json_columns(text).map(|columns| lacking_columns(&columns));
+    if let Some(lacking) = lacking.filter(|lacking| lacking.has_some) {
+        return lacking.into();
     }
     let instead = format!(
         "tables of tracks are read with an object a row, in lines or in an array: `to_json(path, orient='records', lines=True)` of pandas; {FORMATS}"
@@ -384,17 +401,17 @@ fn table(text: &str) -> Option<Kind> {
         ));
     }
     let is_table = lower.len() > 2 && !text.contains('<');
-    is_table.then(|| {
-        let lacking = lacking_columns(&columns);
+    is_table.then(|| lacking_columns(&columns).into())
+}
+
+impl From<Lacking> for Kind {
+    fn from(lacking: Lacking) -> Self {
         let found = if lacking.is_near {
             FileKind::Data
         } else {
             FileKind::Other
         };
-        Kind::new(
-            found,
-            format!("a table with {}", lacking.columns),
-            lacking.instead,
-        )
-    })
+        let what = format!("a table with {}", lacking.columns);
+        Self::new(found, what, lacking.instead)
+    }
 }

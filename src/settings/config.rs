@@ -82,6 +82,15 @@ nearmiss_record::fields! {
     }
 }
 
+/// A path that a file in this folder says; one that only the current folder has is of that, as all were before.
+fn placed(folder: &Path, said: &Path) -> PathBuf {
+    let beside = folder.join(said);
+    if said.as_os_str().is_empty() || !beside.exists() && said.exists() {
+        return said.to_path_buf();
+    }
+    beside
+}
+
 fn provider_and_model(id: &str) -> Result<(), String> {
     match id.split_once('/') {
         Some((provider, model)) if !provider.is_empty() && !model.is_empty() => Ok(()),
@@ -161,10 +170,42 @@ impl Config {
             return Err(ConfigError { file, mistakes });
         }
         // Every key alone can be used; were they not together, this says it.
-        toml::from_str(&text).map_err(|error| {
+        let mut config: Self = toml::from_str(&text).map_err(|error| {
             let words = error.message().trim().replace('\n', " ");
             ConfigError::one(file, None, words)
-        })
+        })?;
+        if let Some(folder) = path.parent() {
+            config.place_in(folder);
+        }
+        Ok(config)
+    }
+
+    /// What a file in this folder reads is relative to it, wherever the program runs; pictures are written where it runs.
+    fn place_in(&mut self, folder: &Path) {
+        let places = [&mut self.index, &mut self.maps];
+        for place in places.into_iter().flatten() {
+            *place = placed(folder, place);
+        }
+        let said = |text: &str| {
+            placed(folder, Path::new(text))
+                .to_string_lossy()
+                .into_owned()
+        };
+        // A program without a folder is one of PATH.
+        if let Some(program) = &mut self.esmini
+            && Path::new(program.as_str()).components().count() > 1
+        {
+            *program = said(program);
+        }
+        let tables = self
+            .tracks
+            .iter_mut()
+            .filter_map(|(_, table)| table.get_mut("map"));
+        for map in tables {
+            if let Value::String(map) = map {
+                *map = said(map);
+            }
+        }
     }
 
     /// Requests of a batch to one provider at once.
@@ -318,6 +359,34 @@ mod tests {
         )
         .unwrap();
         assert!(!Config::read(&path).unwrap().mouse);
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_file_that_says_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("config.toml");
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Config::read(&path).unwrap()
+        };
+        let config = read(
+            "maps = \"lanelets\"\npictures = \"figures\"\nindex = \"/data/index\"\nesmini = \"./esmini\"\n\
+             [tracks.lab]\ncolumns = \"time=t\"\nmap = \"../lab.osm\"\n",
+        );
+        let at = |name: &str| Some(folder.path().join(name));
+        assert_eq!(config.maps, at("lanelets"));
+        assert_eq!(config.pictures, Some("figures".into()), "where it runs");
+        assert_eq!(config.index, Some("/data/index".into()));
+        assert_eq!(config.esmini.as_deref().map(PathBuf::from), at("./esmini"));
+        assert_eq!(config.track_tables()[0].1.map, at("../lab.osm"));
+        // Tests run in the folder of the crate: a configuration of before goes on.
+        assert_eq!(
+            read("maps = \"Cargo.toml\"\n").maps,
+            Some("Cargo.toml".into())
+        );
+        assert_eq!(read("maps = \"\"\n").maps, Some("".into()));
+        let plain = read("esmini = \"off\"\n").esmini;
+        assert_eq!(plain.as_deref(), Some("off"));
     }
 
     fn said(text: &str) -> Vec<String> {

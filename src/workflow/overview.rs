@@ -55,10 +55,10 @@ pub struct ScenarioRow {
     /// Kind of road under the ego.
     pub road: Option<&'static str>,
     /// Lowest time to collision with anyone.
-    #[schemars(title = "ttc", extend("unit" = "s", "decimals" = 2))]
+    #[schemars(title = "lowest ttc", extend("unit" = "s", "decimals" = 2))]
     pub ttc: Option<f64>,
     /// Lowest distance to anyone.
-    #[schemars(title = "distance", extend("unit" = "m", "decimals" = 2))]
+    #[schemars(title = "lowest distance", extend("unit" = "m", "decimals" = 2))]
     pub distance: Option<f64>,
     /// Closing speed at the first contact; missing without contact.
     #[schemars(title = "contact", extend("unit" = "m/s", "decimals" = 1, "rare" = true))]
@@ -171,7 +171,7 @@ impl Overview {
                 Ok(scene) => scene.ego.source.short(),
                 Err(why) => why.to_string(),
             },
-            seconds: facts.seconds,
+            seconds: thousandth(facts.seconds),
             steps: steps.end - steps.start,
             obstacles: facts.obstacles,
             lanelets: scenario.network.lanelets.len(),

@@ -425,6 +425,15 @@ fn several_scenarios_are_rows_the_most_severe_first() {
     inspect(&["--where", "tcc<1"])
         .status(2)
         .says(&["unknown number `tcc`"]);
+    for joint in ["ttc<1.5 && obstacles>2", "ttc<1.5 and obstacles>2"] {
+        inspect(&["--where", joint])
+            .status(2)
+            .says(&["terms stand side by side"]);
+    }
+    inspect(&["--where", "ttc < 1.5s"])
+        .status(2)
+        .says(&["`1.5s` is not a number"]);
+    inspect(&["--top", "0"]).status(2).says(&["--top"]);
     inspect(&["--format=parquet"]).status(2).says(&["-o FILE"]);
     // One is shown as a page, with its moment.
     let page = home.run(&["inspect", names[1]]).status(0).stdout;
@@ -472,4 +481,11 @@ fn what_is_not_read_is_told_by_name() {
     home.write("cars/fcd.xml", floating_cars());
     let said = home.run(&["inspect", "cars"]).status(0).stderr;
     assert!(!said.contains("skipped"), "{said}");
+    home.write("each/anna.csv", "time,x,y\n0,1,2\n");
+    home.write("each/bert.csv", "time,x,y\n0,1,2\n");
+    let said = home.run(&["inspect", "each"]).status(2).stderr;
+    assert!(
+        said.contains("2 files skipped") && said.contains("join them"),
+        "{said}"
+    );
 }

@@ -89,6 +89,7 @@ mod themes_and_keys;
 mod thresholds;
 mod tools;
 mod tools_unstreamed;
+mod tracks;
 mod trajectory_pictures;
 mod tune;
 

@@ -149,7 +149,7 @@ fn predictions_are_lines_in_figures_and_pages() {
         opacities[0] > opacities[1] && opacities[2] == 1.0,
         "{opacities:?}"
     );
-    assert_eq!(lines[0]["owner"], json!({ "obstacle": 301 }));
+    assert_eq!(lines[0]["owner"], json!({ "obstacle": "301" }));
     let svg = home.run(&["render", scenario]).status(0).stdout;
     let with = home
         .run(&[&["render", scenario], &overlay[..]].concat())

@@ -132,7 +132,7 @@ fn without_holes(text: &str) -> String {
 fn describe(file: &str, fault: &GuardError) -> RenderError {
     let error = match fault {
         GuardError::Engine(error) => error,
-        GuardError::Limit { line, message } => {
+        GuardError::At { line, message } => {
             return RenderError {
                 file: file.to_string(),
                 line: Some(*line),
@@ -269,6 +269,11 @@ mod tests {
         );
         let error = fill("+++\n+++\n{% block system %}").unwrap_err();
         assert!(error.line.is_some(), "{error}");
+        // Not where the parser fails, but where it was opened.
+        let error =
+            fill("+++\n+++\n{% block system %}{{ a }}{{ foo\n\n{% include 'x' %}\n{% endblock %}")
+                .unwrap_err();
+        assert_eq!(error.to_string(), "t.md:3: syntax error: `{{` without `}}`");
         let error = fill("+++\n+++\n{% block system %}a{% endblock %}").unwrap_err();
         assert!(error.message.contains("user"), "{error}");
     }

@@ -15,7 +15,7 @@ use crate::span::{At, moment};
 #[command(next_help_heading = "A part of it")]
 pub(super) struct CropOptions {
     /// Keep the time from here on: a time step (20) or seconds (2s). Steps keep their numbers, but begin at 0 in
-    /// OpenSCENARIO and with --schema.
+    /// OpenSCENARIO, with --schema, and where a table is read again.
     #[arg(long, value_name = "STEP|SECONDS", allow_negative_numbers = true, value_parser = moment)]
     #[serde(skip_serializing_if = "Option::is_none")]
     from: Option<At>,
@@ -53,6 +53,12 @@ impl CropOptions {
     /// Whether the time is another; the ego is as it was otherwise.
     pub fn cuts_time(&self) -> bool {
         self.from.is_some() || self.to.is_some()
+    }
+
+    /// Whether nothing is left out.
+    pub fn is_whole(&self) -> bool {
+        let all = self.keep.is_empty() && self.drop.is_empty();
+        all && self.around.is_none() && !self.cuts_time()
     }
 
     /// The part of a scenario and its ego, and what is said of it; all of it where nothing is asked for. `from_zero`

@@ -15,6 +15,7 @@ use nearmiss_workflow::SimulatedEgo;
 use serde::{Deserialize, Serialize};
 
 use super::ending::interrupted;
+use super::files::Inputs;
 use super::many_files::{Failed, Job, ManyFiles, NEXT, RunJournal, Unit, holds};
 use super::open::{clash, found};
 use super::{Failure, Outcome, output};
@@ -89,6 +90,7 @@ pub fn run(arguments: &Convert) -> Outcome {
         target,
         ego,
         folder,
+        inputs: Inputs::of(&entries),
         journal,
         cancel: Cancel::from_flag(&stop),
     };
@@ -128,6 +130,7 @@ struct Conversion<'a> {
     /// The ego of formats that have one.
     ego: SimulatedEgo,
     folder: Option<&'a Path>,
+    inputs: Inputs,
     journal: RunJournal,
     cancel: Cancel,
 }
@@ -198,6 +201,14 @@ impl Conversion<'_> {
         }
     }
 
+    /// Whether a file is the scenario's own, and all of it is written: of CommonRoad, as CommonRoad.
+    fn rewrites(&self, entry: &Entry, path: &Path) -> bool {
+        let is_whole = self.target == Target::CommonRoad && self.arguments.crop.is_whole();
+        let whole = |path: &Path| path.canonicalize().ok();
+        let own = || entry.file().and_then(|own| whole(&own));
+        is_whole && path.exists() && own() == whole(path) && !entry.is_recording()
+    }
+
     fn write(&self, entry: &Entry, converted: Converted) -> Result<(Vec<PathBuf>, Notes), Failure> {
         let own_ego = self.file(Some(entry)).map(|path| ego_beside(&path));
         let refused = |path: &Path, error: &dyn std::fmt::Display| {
@@ -211,6 +222,9 @@ impl Conversion<'_> {
             let may_hold = self.arguments.many.resume || Some(path) == own_ego.as_ref();
             if may_hold && holds(path, bytes) {
                 continue;
+            }
+            if !self.rewrites(entry, path) {
+                self.inputs.spare(Some(path))?;
             }
             let mut file =
                 NewFile::begin(path, self.arguments.overwrite).map_err(|e| refused(path, &e))?;

@@ -10,6 +10,7 @@ pub use difference::DifferenceDocument;
 pub use document::ScenarioDocument;
 pub use solution::SolutionDocument;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -36,7 +37,7 @@ pub struct Inspect {
     terms: Option<String>,
     /// The most severe N rows.
     #[arg(long, value_name = "N")]
-    top: Option<usize>,
+    top: Option<NonZeroUsize>,
     /// What differs between two scenarios, and the moment that matters of each; status 1 if anything does.
     #[arg(long, conflicts_with_all = ["terms", "top"])]
     diff: bool,
@@ -113,6 +114,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
     let known = (ENDINGS, ".txt, .csv, .json, .jsonl, .ndjson and .parquet");
     let file = arguments.output.file();
     let format = output::format_of(arguments.format, file, Format::Table, known)?;
+    open::check_reading(&arguments.files, file)?;
     if arguments.diff {
         return difference::run(arguments, format);
     }

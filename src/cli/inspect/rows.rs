@@ -1,5 +1,6 @@
 //! `nearmiss inspect PATH…` of several: a row for each scenario, the most severe first.
 
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 use nearmiss_formats::{EgoSelection, Entry};
@@ -13,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::{Format, Inspect};
 use crate::ending::interrupted;
-use crate::files::Labels;
+use crate::files::{Inputs, Labels};
 use crate::many_files::{Failed, Job, NEXT};
 use crate::open::{found, not_opened, said_once, stand_in, user_thresholds, without_ego};
 use crate::output::{self, Row, TableWriter};
@@ -37,6 +38,7 @@ pub fn run(arguments: &Inspect, format: Format) -> Outcome {
         output::check_format(format, file)?;
     }
     let entries = found(&arguments.files)?;
+    Inputs::of(&entries).spare(file)?;
     let labels = Labels::new(&entries);
     let thresholds = match Folders::find() {
         Ok(folders) => user_thresholds(&folders)?,
@@ -71,7 +73,7 @@ pub fn run(arguments: &Inspect, format: Format) -> Outcome {
     let read = entries.len() - failed.count;
     kept.sort_by(Overview::compare);
     let fitting = kept.len();
-    kept.truncate(arguments.top.unwrap_or(usize::MAX));
+    kept.truncate(arguments.top.map_or(usize::MAX, NonZeroUsize::get));
     if !failed.all() {
         write(arguments, format, kept, &labels)?;
     }

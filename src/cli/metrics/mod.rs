@@ -22,7 +22,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::ending::interrupted;
-use super::files::RowFile;
+use super::files::{Inputs, RowFile};
 use super::many_files::{Failed, Job, ManyFiles};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
 use super::output::{self, Column, Encoded, Kind, OutputFile, Row, Table, TableWriter, Target};
@@ -272,6 +272,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     if entries.is_empty() {
         return Ok(());
     }
+    Inputs::of(&entries).spare(file)?;
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some());
     let plan = Plan {

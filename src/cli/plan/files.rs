@@ -1,6 +1,5 @@
 //! Output files of planning: motion of the ego, solution, scenario, log of cycles; refused before hours of planning, not after.
 
-use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +11,7 @@ use serde::Serialize;
 use super::driven::DrivenScenario;
 use super::{CycleRecord, StandardErrorRecord};
 use crate::Failure;
+use crate::files::Inputs;
 use crate::many_files::{ManyFiles, RunJournal, holds};
 use crate::open::clash;
 use crate::output::{self, Target, file_of, refused};
@@ -220,11 +220,6 @@ impl Files {
 
     /// No scenario that is read is ever written over, and no file twice.
     fn refuse_inputs(&self, entries: &[Entry]) -> Result<(), Failure> {
-        let inputs = entries.iter().filter_map(|entry| match &entry.place {
-            EntryLocation::File(path) => path.canonicalize().ok(),
-            EntryLocation::Bundled(_) => None,
-        });
-        let inputs: HashSet<PathBuf> = inputs.collect();
         let named = [
             file_of(self.output.as_deref()),
             self.solution.as_deref(),
@@ -245,13 +240,8 @@ impl Files {
         }
         let copies = entries.iter().filter_map(|entry| self.scenario_of(entry));
         let mut all = named.into_iter().map(Path::to_path_buf).chain(copies);
-        match all.find(|path| path.canonicalize().is_ok_and(|p| inputs.contains(&p))) {
-            Some(path) => Err(Failure::input(format!(
-                "{}: is one of the input scenarios and is not overwritten; name another file",
-                path.display()
-            ))),
-            None => Ok(()),
-        }
+        let inputs = Inputs::of(entries);
+        all.try_for_each(|path| inputs.spare(Some(&path)))
     }
 }
 

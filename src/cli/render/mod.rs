@@ -22,9 +22,10 @@ use nearmiss_scene::story::Story;
 use serde::Serialize;
 
 use super::ending::interrupted;
+use super::files::Inputs;
 use super::many_files::{Failed, Job, NEXT, RunJournal, Unit, holds};
 use super::open::{
-    Opened, clash, configuration, found, scene_and_doubts, scene_beside, user_thresholds,
+    Opened, clash, configuration, found_beside, scene_and_doubts, scene_beside, user_thresholds,
 };
 use super::output::{self, Target};
 use super::span::worst_step;
@@ -52,10 +53,14 @@ struct Drawing<'a> {
 
 /// Runs `render`; `painter` draws screens of the workbench.
 pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
-    let entries = arguments.many.part.of(found(&arguments.paths)?);
+    let entries = arguments
+        .many
+        .part
+        .of(found_beside(&arguments.paths, arguments.overlay.is_some())?);
     if entries.is_empty() {
         return Ok(());
     }
+    Inputs::of(&entries).spare(arguments.output.as_deref())?;
     let target = Destination::new(arguments, &entries)?;
     let (folders, config) = configuration()?;
     let stop = interrupted(true);

@@ -147,7 +147,12 @@ pub fn store_report(
 /// Describes runs left out of the report, or without a ground truth.
 fn notices(stored: &Stored) -> Vec<String> {
     let left_out = stored.left_out().into_iter();
-    let mut notices: Vec<String> = left_out.map(|words| format!("skipped: {words}")).collect();
+    let mut notices: Vec<String> = left_out
+        .map(|(words, shown)| match shown {
+            Some(shown) => format!("skipped: {words}; {shown}"),
+            None => format!("skipped: {words}"),
+        })
+        .collect();
     if stored.unfinished > 0 {
         notices.push(format!(
             "{} running, cancelled or interrupted; counted as not asked",

@@ -22,7 +22,8 @@ const LOG: &str = "logs.csv";
 /// repository of "From Words to Collisions" keeps them, see `in_results`. A bare
 /// `ego_trajectory.csv` counts where the scenario is the only one in its folder. After that come Frenetix's
 /// `logs.csv`, in a folder `NAME` or where the scenario is alone, and a solution beside the scenario that
-/// is named after it, `solution_KS2_SM1_NAME_2020a.xml`, if there is exactly one.
+/// is named after it, `solution_KS2_SM1_NAME_2020a.xml`, if there is exactly one. Where `NAME.xml` lies beside a recording
+/// called `NAME`, the ego beside both is that of the XML: `convert` writes them together.
 #[must_use]
 pub fn find_recording(path: &Path) -> Option<PathBuf> {
     let name = &commonroad::scenario_name(path);
@@ -31,13 +32,15 @@ pub fn find_recording(path: &Path) -> Option<PathBuf> {
         folder.join(format!("{name}.{RECORDING}")),
         folder.join(name).join(RECORDING),
     ];
+    let is_commonroad = commonroad::is_xml_name(path) || commonroad::is_protobuf_name(path);
+    let is_of_xml = !is_commonroad && path.with_extension("xml").is_file();
     let is_file = |c: &PathBuf| c.is_file();
     let in_lonely_folder = |file| {
         Some(folder.join(file))
             .filter(is_file)
             .filter(|_| alone(folder))
     };
-    { beside.into_iter() }
+    { beside.into_iter().skip(usize::from(is_of_xml)) }
         .find(is_file)
         .or_else(|| in_results(folder, name))
         .or_else(|| in_lonely_folder(RECORDING))
@@ -386,6 +389,18 @@ mod tests {
             "solution_KS2_SM1_DEU_A-1_1_T-1_2020a.xml",
             "DEU_A-1_1"
         ));
+    }
+
+    #[test]
+    fn the_ego_beside_a_table_and_xml_of_one_name_is_that_of_the_xml() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("part.ego_trajectory.csv"), "").unwrap();
+        let beside = Some(at("part.ego_trajectory.csv"));
+        assert_eq!(find_recording(&at("part.csv")), beside);
+        std::fs::write(at("part.xml"), "").unwrap();
+        assert_eq!(find_recording(&at("part.csv")), None);
+        assert_eq!(find_recording(&at("part.xml")), beside);
     }
 
     fn drives(folder: &Path) -> PlannerDrives {

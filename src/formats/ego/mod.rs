@@ -9,12 +9,15 @@ mod table;
 
 use std::path::Path;
 
+use nearmiss_base::geometry::Point;
 use nearmiss_base::system;
 use nearmiss_scene::scenario::plausibility::{
     FASTEST, LARGEST_NUMBER, MOST_TURNS, Row, and_more, doubts, is_tiny, missing_steps,
     refused_coordinate,
 };
-use nearmiss_scene::scenario::{Diagnostic, Ego, LONGEST_TRACK, Sample, Scenario, Severity};
+use nearmiss_scene::scenario::{
+    Diagnostic, Ego, LONGEST_TRACK, Obstacle, Sample, Scenario, Severity,
+};
 
 use super::commonroad::{Root, foreign, read_solution, root_of, without_marks};
 
@@ -250,8 +253,13 @@ fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
         warn(steps[place], message);
     }
     let around = scenario.network.bounds();
+    let first = |other: &Obstacle| Some(other.track().iter().next()?.1.pose.position);
+    let others: Vec<Point> = match around {
+        Some(_) => Vec::new(),
+        None => scenario.obstacles.iter().filter_map(first).collect(),
+    };
     type Doubt<'a> = &'a dyn Fn(&Sample) -> Option<String>;
-    let each: [Doubt<'_>; 5] = [
+    let each: [Doubt<'_>; 6] = [
         &|s| {
             let heading = s.heading?;
             (heading.abs() > MOST_TURNS * std::f64::consts::TAU).then(|| {
@@ -270,6 +278,14 @@ fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
             let off = around?.squared_distance(&s.position).sqrt();
             (off > OFF_MAP)
                 .then(|| format!("{off:.0} m from every lanelet; is it from another map?"))
+        },
+        &|s| {
+            let others = others.iter().filter(|_| s.step == steps[0]);
+            let away = others.map(|other| (other - s.position).norm());
+            let off = away.min_by(f64::total_cmp)?;
+            (off > OFF_MAP).then(|| {
+                format!("{off:.0} m from where each road user begins; is it from another scenario?")
+            })
         },
         &|s| {
             let values = [s.position.x, s.position.y];

@@ -50,6 +50,8 @@ pub struct Log {
 pub struct LoggedState {
     /// Seconds.
     time: f64,
+    /// From 1.
+    line: usize,
     pose: Pose,
     /// m/s.
     speed: f64,
@@ -105,8 +107,33 @@ impl Log {
             format!("states before time 0, when only ghosts drive, left out: {n}")
         });
         self.entities.retain(|_, states| !states.is_empty());
+        self.once(report);
         self.time_step = self.between();
         self
+    }
+
+    /// Puts the states of each entity in order of time and leaves out those at a time that it has already.
+    fn once(&mut self, report: &Report) {
+        let mut twice: Option<(usize, &str)> = None;
+        let mut count = 0;
+        for (name, states) in &mut self.entities {
+            states.sort_by(|a, b| a.time.total_cmp(&b.time));
+            states.dedup_by(|state, kept| {
+                let is_same = state.time - kept.time < SAME_TIME;
+                if is_same {
+                    count += 1;
+                    let first = (state.line, name.as_str());
+                    twice = Some(twice.map_or(first, |known| known.min(first)));
+                }
+                is_same
+            });
+        }
+        if let Some((line, name)) = twice {
+            let at = report.row(line, format!("entity `{name}`"));
+            at.warn(format!(
+                "repeated times of an entity: {count}, this one first; the first state at each is used"
+            ));
+        }
     }
 
     /// The shortest time between two moments, seconds.
@@ -134,7 +161,7 @@ impl Log {
             acceleration: None,
         });
         let mut states: Vec<TrackState> = at_steps.collect();
-        states.sort_by_key(|s| s.step);
+        // Times that are no steps of the log.
         states.dedup_by_key(|s| s.step);
         states
     }
@@ -209,9 +236,19 @@ pub fn read(text: &str, report: &Report) -> Result<Log, ReadError> {
             .collect(),
         time_step: STEP,
     };
+    let (mut cut, mut first_cut) = (0, 0);
+    let mut note_cut = |line: usize| {
+        cut += 1;
+        if first_cut == 0 {
+            first_cut = line;
+        }
+    };
     for (i, line) in lines {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         if cells.len() <= first {
+            if !line.trim().is_empty() {
+                note_cut(i + 1);
+            }
             continue;
         }
         let number = |at: usize| -> Result<f64, ReadError> {
@@ -236,6 +273,7 @@ pub fn read(text: &str, report: &Report) -> Result<Log, ReadError> {
             let row = report.row(i + 1, name);
             let state = LoggedState {
                 time: now,
+                line: i + 1,
                 pose: Pose {
                     position: row.point(x, y)?,
                     heading,
@@ -256,6 +294,15 @@ pub fn read(text: &str, report: &Report) -> Result<Log, ReadError> {
                 at += 1;
             }
         }
+        if cells.iter().skip(at).any(|cell| !cell.is_empty()) {
+            note_cut(i + 1);
+        }
+    }
+    if cut > 0 {
+        let at = report.row(first_cut, "");
+        at.warn(format!(
+            "lines cut off: {cut}, this one first; the entity that is cut is left out"
+        ));
     }
     Ok(log)
 }
@@ -265,6 +312,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
+    use nearmiss_scene::scenario::Severity;
 
     #[test]
     fn bodies_are_where_their_middles_are_without_ghosts_and_times_before_0() {
@@ -287,6 +335,24 @@ mod tests {
         assert_eq!((states.len(), states[2].step), (3, 2));
         assert!((states[0].position - Point::new(7.0, 2.5)).norm() < 1e-9);
         assert_eq!((car[0].size, states[0].velocity), ((5.0, 2.0), Some(3.0)));
+        // A line twice, one that ends within an entity, and one before it.
+        let last = text.lines().next_back().unwrap().to_string();
+        let odd = format!("{text}{last}\n0, 0.15, car, 3.0, 1.5\n0, 0.2\n\n");
+        let report = Report::about("odd.csv");
+        let log = read(&odd, &report).unwrap().bodies(None, &report);
+        assert_eq!(log.states(&log.entities["car"]).len(), 3);
+        let said = report.into_diagnostics().into_iter();
+        let said: Vec<(usize, String)> = said
+            .filter(|d| d.severity == Severity::Warning)
+            .map(|d| (d.line, d.message))
+            .collect();
+        let lines: Vec<usize> = said.iter().map(|said| said.0).collect();
+        assert_eq!(lines, [8, 7], "{said:?}");
+        assert!(said[0].1.starts_with("lines cut off: 2,"), "{said:?}");
+        // Doubles of ghosts are left out with them.
+        let twice = "repeated times of an entity: 1,";
+        assert!(said[1].1.starts_with(twice), "{said:?}");
+        let report = Report::about("x.csv");
         let bad = read(&text.replace("7.0", "seven"), &report).unwrap_err();
         assert_eq!(
             (bad.line, bad.message.as_str()),

@@ -37,9 +37,12 @@ pub(super) use py123d::{Py123d, is_in_log as is_in_log_of_py123d};
 pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
 pub use tracks::{
-    Columns, ColumnsError, Forecast, NamedTable, TableOptions, read_forecasts, read_tables_with,
+    Columns, ColumnsError, Forecast, NamedTable, TableOptions, check_table_options, read_forecasts,
+    read_tables_with,
 };
-pub(super) use tracks::{Tables, id_of as id_of_track, lacking as lacking_columns};
+pub(super) use tracks::{
+    Lacking, Tables, id_of as id_of_track, json_columns, lacking as lacking_columns, without_header,
+};
 pub(super) use waymo::Waymo;
 pub(super) use windows::WindowList;
 pub use windows::{LongRecording, RankedMoment};

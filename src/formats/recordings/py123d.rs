@@ -22,7 +22,7 @@ use super::tracks::table::{Recorded, Said, Trust};
 use super::tracks::{AboutTable, Batch, Columns, Dictionary, Role, Rows, Table, Values, cached};
 use super::{Leftovers, Report, has_extension};
 use crate::commonroad::ReadError;
-use crate::dispatch::{Address, Format, Parts};
+use crate::dispatch::{Address, Applies, Format, Parts};
 
 /// The format.
 pub struct Py123d;
@@ -35,6 +35,10 @@ impl Format for Py123d {
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
         let is_named = path.file_stem().is_some_and(|name| name == BOXES);
         is_named && head.starts_with(MAGIC)
+    }
+
+    fn applies(&self, _: &Path, _: &[u8]) -> Applies {
+        Applies::Map
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {

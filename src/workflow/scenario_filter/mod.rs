@@ -176,7 +176,15 @@ impl Filter {
     /// Reads a filter that may compare every measure.
     #[must_use]
     pub fn read_of_all(text: &str) -> Self {
-        Self::read_with(text, Measures::All)
+        let mut filter = Self::read_with(text, Measures::All);
+        let has_terms = !filter.terms.is_empty() || !filter.windows.is_empty();
+        let is_joint = |word: &&str| has_terms && JOINTS.contains(&word.to_lowercase().as_str());
+        let joints = text.split_whitespace().filter(is_joint);
+        let wrong = joints.map(|joint| {
+            format!("`{joint}`: terms stand side by side, and all hold: ttc<1.5 obstacles>20")
+        });
+        filter.wrong.extend(wrong);
+        filter
     }
 
     fn read_with(text: &str, measures: Measures) -> Self {
@@ -354,7 +362,8 @@ impl Filter {
 /// The same terms without the spaces around their comparisons: `ttc < 1.5` is `ttc<1.5`.
 fn without_spaces(text: &str) -> String {
     let signs = ['<', '>', '='];
-    let is_number = |word: &str| word.parse::<f64>().is_ok();
+    // With a unit it is a wrong number.
+    let is_number = |word: &str| word.starts_with(|c: char| c.is_ascii_digit() || "-.".contains(c));
     let mut joined = String::with_capacity(text.len());
     for word in text.split_whitespace() {
         let value = word.trim_start_matches(signs);
@@ -367,6 +376,9 @@ fn without_spaces(text: &str) -> String {
     }
     joined
 }
+
+/// Words between terms in other languages of filters.
+const JOINTS: [&str; 6] = ["and", "&&", "&", "or", "||", "|"];
 
 /// Score of a country that is named: no match of letters is better.
 const OF_COUNTRY: u32 = 1000;

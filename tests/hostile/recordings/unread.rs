@@ -29,7 +29,7 @@ fn what_a_file_is_and_what_to_do() {
         ("dump.xml", sumo("netstate"), "a dump of SUMO's net", "--fcd-output"),
         ("tripinfo.xml", "<tripinfos xsi:noNamespaceSchemaLocation=\"http://sumo.dlr.de/xsd/tripinfo_file.xsd\">".into(), "an output of SUMO (<tripinfos>)", "--fcd-output"),
         ("page.xml", "<!DOCTYPE html><html><body>".into(), "a web page (HTML)", "instead of the file"),
-        ("vehicle_tracks_000.csv", "track_id,frame_id,timestamp_ms,agent_type,x,y,vx,vy,psi_rad,length,width\n".into(), "no track in it", "0 rows"),
+        ("vehicle_tracks_000.csv", "track_id,frame_id,timestamp_ms,agent_type,x,y,vx,vy,psi_rad,length,width\n".into(), "no track in it", "it has no rows"),
         ("01_recordingMeta.csv", table("id,frameRate,locationId,speedLimit"), "a recordingMeta table of levelXdata", "XX_tracks.csv"),
         ("01_tracksMeta.csv", table("id,width,height,initialFrame,finalFrame,numFrames,class"), "a tracksMeta table", "XX_tracks.csv"),
         ("own_tracks.csv", table("frame,x,y,width,xVelocity,laneId"), "a table with the columns `frame`, `x`", "--columns time=COLUMN,id=COLUMN"),
@@ -70,8 +70,8 @@ fn what_a_file_is_and_what_to_do() {
         (
             "annotations.feather",
             b"ARROW1\0\0",
-            "an Arrow table",
-            "help scenarios",
+            "the file is damaged",
+            "not a whole file of Arrow",
         ),
         (
             "a.pkl",

@@ -58,11 +58,11 @@ pub fn on_own_stack<T: Send>(work: impl FnOnce() -> T + Send) -> std::io::Result
 /// Why a template is not rendered.
 #[derive(Debug)]
 pub enum GuardError {
-    /// It exceeds a limit before it is parsed.
-    Limit {
+    /// It exceeds a limit before it is parsed, or does not close what it opens.
+    At {
         /// Line in the source, from 1.
         line: usize,
-        /// Which limit.
+        /// Which limit, or what is not closed.
         message: String,
     },
     /// The engine refuses it.
@@ -81,8 +81,40 @@ impl From<Error> for GuardError {
 /// It is too large or too deep, or its syntax is wrong, with the line.
 pub fn guarded(name: &str, source: &str) -> Result<String, GuardError> {
     check(source)?;
-    let tree: ast::Stmt<'_> = parse(source, name, SyntaxConfig::default())?;
+    let tree: ast::Stmt<'_> = parse(source, name, SyntaxConfig::default())
+        .map_err(|error| unclosed(source, error.line()).unwrap_or(error.into()))?;
     Ok(rewrite(source, &tree))
+}
+
+/// The `{{` or `{%` that is open at a line where the parser failed, if it is not closed before the next one: the parser
+/// only stumbles over what follows, which may be far below.
+fn unclosed(source: &str, failed: Option<usize>) -> Option<GuardError> {
+    let failed = failed?;
+    let mut open = None;
+    for (token, span) in tokenize(source, false, SyntaxConfig::default()).map_while(Result::ok) {
+        let line = usize::from(span.start_line);
+        match token {
+            Token::VariableStart | Token::BlockStart if line <= failed => {
+                let signs = match token {
+                    Token::VariableStart => ("{{", "}}"),
+                    _ => ("{%", "%}"),
+                };
+                open = Some((line, usize::try_from(span.end_offset).ok()?, signs));
+            }
+            Token::VariableEnd | Token::BlockEnd if line < failed => open = None,
+            _ if line >= failed => break,
+            _ => {}
+        }
+    }
+    let (line, begin, (opening, closing)) = open?;
+    let rest = source.get(begin..)?;
+    let end = rest.find(closing);
+    let inside = &rest[..end.unwrap_or(rest.len())];
+    let opened_again = ["{{", "{%", "{#"].iter().any(|sign| inside.contains(sign));
+    (end.is_none() || opened_again).then(|| GuardError::At {
+        line,
+        message: format!("syntax error: `{opening}` without `{closing}`"),
+    })
 }
 
 /// An environment for rewritten templates whose filters, tests and functions pay out of `budget`.
@@ -117,7 +149,7 @@ pub fn environment<'source>(budget: &Arc<Budget>) -> Environment<'source> {
 /// # Errors
 /// It is not: with the line. What the lexer refuses is left to the parser.
 fn check(source: &str) -> Result<(), GuardError> {
-    let limit = |line, message: String| Err(GuardError::Limit { line, message });
+    let limit = |line, message: String| Err(GuardError::At { line, message });
     if source.len() > MAX_SOURCE_BYTES {
         let most = MAX_SOURCE_BYTES >> 10;
         return limit(1, format!("larger than the limit of {most} KiB"));

@@ -14,7 +14,7 @@ use super::assembly::{self, About, Ids, Map, assemble};
 use super::{Report, whole_file};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::dispatch::{Address, Format, Parts};
+use crate::dispatch::{Address, Applies, Format, Parts};
 use crate::recordings::assembly::{RecordedTrack, TrackState, signed_speed};
 use crate::recordings::rows;
 use table::{Table, Text};
@@ -36,6 +36,14 @@ const RECORDER_SIZE: (f64, f64) = (4.87, 1.85);
 impl Format for Argoverse {
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
         table::is_one(path, head)
+    }
+
+    /// A damaged table may have been any.
+    fn applies(&self, path: &Path, head: &[u8]) -> Applies {
+        match columns(path, head) {
+            Some(_) => Applies::Nothing,
+            None => Applies::All,
+        }
     }
 
     fn parts(&self, _: &Path) -> Result<Parts, ReadError> {

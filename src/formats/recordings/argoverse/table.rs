@@ -80,8 +80,11 @@ impl<'r> Table<'r> {
     /// Opens a file, which has these bytes.
     pub fn open(path: &Path, bytes: &'r [u8], report: &'r Report) -> Result<Self, ReadError> {
         let file = system::open_file(path).map_err(|error| ReadError::io(report.file(), &error))?;
-        let file = SerializedFileReader::new(file)
-            .map_err(|e| report.fail(format!("not a whole Parquet file ({e})")))?;
+        let file = SerializedFileReader::new(file).map_err(|e| {
+            report.fail(format!(
+                "the file is damaged: not a whole Parquet file ({e})"
+            ))
+        })?;
         let table = Self {
             file,
             bytes,

@@ -19,7 +19,7 @@ use super::tracks::{AboutTable, Table, cached};
 use super::{Leftovers, Report};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::dispatch::{Address, Format, Parts};
+use crate::dispatch::{Address, Applies, Format, Parts};
 use tables::{Annotation, Category, EgoPose, Instance, Sample, SampleData, Scene, Token, each};
 
 /// The format.
@@ -44,6 +44,10 @@ impl Format for NuScenes {
         let is_named = path.file_name().is_some_and(|name| name == FILES[0]);
         let text = String::from_utf8_lossy(head);
         is_named && text.trim_start().starts_with('[') && KEYS.iter().all(|key| text.contains(key))
+    }
+
+    fn applies(&self, _: &Path, _: &[u8]) -> Applies {
+        Applies::Map
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {

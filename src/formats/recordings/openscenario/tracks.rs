@@ -311,7 +311,7 @@ impl Played<'_> {
             && let Ok(bytes) = system::read_file(&beside, system::LARGEST)
         {
             let shown = beside.display().to_string();
-            let log = self.log(&bytes, &Report::about(&*shown), report)?;
+            let log = self.log(&bytes, Report::about(&*shown), report)?;
             hashed.push(bytes);
             report.note(format!("motion as a player recorded it in {shown}"));
             return Ok(self.recorded(&log, ids));
@@ -327,7 +327,7 @@ impl Played<'_> {
         let why = match played.transpose() {
             Ok(Some(bytes)) => {
                 let shown = format!("{} as esmini played it", self.file.display());
-                let log = self.log(&bytes, &Report::about(shown), report)?;
+                let log = self.log(&bytes, Report::about(shown), report)?;
                 hashed.push(bytes);
                 report.note(format!("motion as {} played it", log.player));
                 return Ok(Motion {
@@ -371,9 +371,15 @@ impl Played<'_> {
         )
     }
 
-    fn log(&self, bytes: &[u8], about: &Report, report: &Report) -> Result<Log, ReadError> {
+    fn log(&self, bytes: &[u8], about: Report, report: &Report) -> Result<Log, ReadError> {
         let is_entity = |name: &str| self.entities.iter().any(|e| e.name == name);
-        let log = esmini::read(&String::from_utf8_lossy(bytes), about)?;
+        let log = esmini::read(&String::from_utf8_lossy(bytes), &about)?;
+        // Its lines are those of the log.
+        let shown = about.file().to_string();
+        for said in about.into_diagnostics() {
+            let message = format!("{shown}: line {}: {}", said.line, said.message);
+            report.at("").note(said.severity, message);
+        }
         Ok(log.bodies(Some(&is_entity), report))
     }
 

@@ -25,7 +25,7 @@ use super::{Leftovers, Report, has_extension};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::wire::Fields;
-use crate::dispatch::{Address, Format, Parts};
+use crate::dispatch::{Address, Applies, Format, Parts};
 use container::{MAGIC, Next, Schema};
 use messages::{GroundTruth, MapAsamOpenDrive, MovingObject, SensorView, VehicleClassification};
 
@@ -41,6 +41,10 @@ impl Format for Osi {
         // A length, and a version or a time.
         let begins = head.len() > 6 && head[3] == 0 && matches!(head[4], 0x0a | 0x12);
         has_extension(path, "osi") && begins
+    }
+
+    fn applies(&self, _: &Path, _: &[u8]) -> Applies {
+        Applies::Map
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {

@@ -22,6 +22,9 @@ const ROWS: usize = 1 << 16;
 /// A row group of a file of tracks is never larger when unpacked, bytes.
 const LARGEST_GROUP: i64 = 2 << 30;
 
+/// How Parquet begins.
+pub const PARQUET: &[u8] = b"PAR1";
+
 /// A file in columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
@@ -36,13 +39,19 @@ pub enum Form {
 impl Form {
     /// What a file is that begins so.
     pub fn detect(head: &[u8]) -> Option<Self> {
-        if head.starts_with(b"PAR1") {
+        if head.starts_with(PARQUET) {
             return Some(Self::Parquet);
         }
         if head.starts_with(b"ARROW1") {
             return Some(Self::ArrowFile);
         }
         head.starts_with(&[0xff; 4]).then_some(Self::ArrowStream)
+    }
+
+    /// Why the columns of a file that begins so cannot be read; nothing where they can, and of what may be no table.
+    pub fn damage(head: &[u8], path: &Path) -> Option<String> {
+        let form = Self::detect(head).filter(|form| *form != Self::ArrowStream)?;
+        form.names(path).err()
     }
 
     /// The names of the columns, those of structs as `position.x`.
@@ -142,7 +151,7 @@ fn projected(
     let roots: Vec<usize> = wanted.iter().filter_map(root).collect();
     let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
     let some = builder.with_projection(mask).with_batch_size(ROWS);
-    some.build().map_err(|e| e.to_string())
+    some.build().map_err(|error| damaged(&error))
 }
 
 fn open(path: &Path) -> Result<File, String> {
@@ -151,17 +160,24 @@ fn open(path: &Path) -> Result<File, String> {
 
 fn parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, String> {
     ParquetRecordBatchReaderBuilder::try_new(open(path)?)
-        .map_err(|error| format!("not a whole Parquet file ({error})"))
+        .map_err(|error| format!("the file is damaged: not a whole Parquet file ({error})"))
 }
 
 fn arrow_file(path: &Path) -> Result<arrow_ipc::reader::FileReader<File>, String> {
     arrow_ipc::reader::FileReader::try_new(open(path)?, None)
-        .map_err(|error| format!("not a whole file of Arrow ({error})"))
+        .map_err(|error| format!("the file is damaged: not a whole file of Arrow ({error})"))
 }
 
 fn arrow_stream(path: &Path) -> Result<arrow_ipc::reader::StreamReader<File>, String> {
     arrow_ipc::reader::StreamReader::try_new(open(path)?, None)
-        .map_err(|error| format!("not a stream of Arrow ({error})"))
+        .map_err(|error| format!("the file is damaged: not a whole stream of Arrow ({error})"))
+}
+
+/// Why rows of a file whose columns are known cannot be read.
+fn damaged(error: &impl std::fmt::Display) -> String {
+    let why = error.to_string();
+    let why = why.trim_start_matches("Parquet argument error: ");
+    format!("the file is damaged ({why})")
 }
 
 /// Crates assert that what is in a file is sound.
@@ -174,7 +190,7 @@ fn all<E: std::fmt::Display>(
     each: &mut dyn FnMut(RecordBatch) -> Result<(), BadCell>,
 ) -> Result<(), BadCell> {
     loop {
-        let next = guarded(|| reader.next().transpose().map_err(|error| error.to_string()));
+        let next = guarded(|| reader.next().transpose().map_err(|error| damaged(&error)));
         match next.map_err(unread)? {
             Some(rows) => each(rows)?,
             None => return Ok(()),

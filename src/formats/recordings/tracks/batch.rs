@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::columns::Role;
+use super::columns::{Role, is_unit};
 
 /// A column that is wanted, and whether its values are texts.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,8 +144,25 @@ fn number(text: &str, separator: u8) -> Result<(f64, bool), String> {
         "false" | "False" => Ok((0.0, false)),
         _ => match clock(text) {
             Some(seconds) => Ok((seconds, false)),
-            None => Err(format!("`{}` is not a number", shown(text))),
+            None => Err(format!(
+                "`{}` is not a number{}",
+                shown(text),
+                instead(text)
+            )),
         },
+    }
+}
+
+/// What to do about a cell that is not a number, where it is a time or a unit.
+fn instead(text: &str) -> &'static str {
+    let text = text.trim();
+    let bare = text.trim_matches(['[', ']', '(', ')']);
+    if text.starts_with(|c: char| c.is_ascii_digit()) && text.contains(':') {
+        "; write times as ISO 8601, such as 2024-05-01T12:00:00.1"
+    } else if is_unit(bare) {
+        "; remove a row of units, and say them with the columns: --columns time=COLUMN[ms]"
+    } else {
+        ""
     }
 }
 
@@ -189,6 +206,12 @@ mod tests {
         assert_eq!(value("1970-01-01T00:00:01.5Z"), Ok(1.5));
         assert_eq!(value("1970-01-01 00:00:02"), Ok(2.0));
         assert_eq!(value("abc").unwrap_err(), "`abc` is not a number");
+        assert!(
+            value("10.06.2024 06:13:20")
+                .unwrap_err()
+                .contains("ISO 8601")
+        );
+        assert!(value("[m/s]").unwrap_err().contains("row of units"));
         assert!(value("inf").unwrap_err().contains("not finite"));
     }
 

@@ -134,14 +134,14 @@ fn limit(seconds: f64) -> f64 {
 }
 
 /// Tells the first findings of a kind, and how many there are more.
-struct Told<'r> {
+pub(super) struct Told<'r> {
     report: &'r Report,
     what: &'static str,
     count: usize,
 }
 
 impl<'r> Told<'r> {
-    fn new(report: &'r Report, what: &'static str) -> Self {
+    pub(super) fn new(report: &'r Report, what: &'static str) -> Self {
         Self {
             report,
             what,
@@ -149,7 +149,7 @@ impl<'r> Told<'r> {
         }
     }
 
-    fn tell(&mut self, line: u32, track: &str, message: impl FnOnce() -> String) {
+    pub(super) fn tell(&mut self, line: u32, track: &str, message: impl FnOnce() -> String) {
         self.count += 1;
         if self.count <= MAX_LISTED {
             let at = self.report.row(line as usize, format!("track `{track}`"));
@@ -157,7 +157,7 @@ impl<'r> Told<'r> {
         }
     }
 
-    fn finish(self) {
+    pub(super) fn finish(self) {
         if self.count > MAX_LISTED {
             let more = self.count - MAX_LISTED;
             self.report

@@ -170,6 +170,11 @@ const UNITS: [(&str, Quantity, f64); 37] = [
 /// Metres.
 pub const FOOT: f64 = 0.3048;
 
+/// Whether a text is a unit of anything.
+pub(super) fn is_unit(text: &str) -> bool {
+    UNITS.iter().any(|(_, of, _)| unit(*of, text).is_some())
+}
+
 /// What a unit of this quantity is worth, by how it is written.
 pub(super) fn unit(quantity: Quantity, written: &str) -> Option<f64> {
     let written = written.to_lowercase().replace('²', "2").replace("^2", "2");
@@ -177,6 +182,13 @@ pub(super) fn unit(quantity: Quantity, written: &str) -> Option<f64> {
         .iter()
         .find(|(name, of, _)| *of == quantity && *name == written);
     found.map(|(.., factor)| *factor)
+}
+
+/// A name without a unit of the role's in brackets behind it, and what one of that unit is.
+fn with_unit(role: Role, name: &str) -> Option<(&str, f64)> {
+    let (base, rest) = name.rsplit_once(['[', '('])?;
+    let written = rest.trim_end_matches([']', ')', ' ']).trim();
+    Some((base.trim_end(), unit(role.quantity(), written)?))
 }
 
 /// What of a column is other than usual, as words in brackets say it.
@@ -263,20 +275,15 @@ impl FromStr for Columns {
                 columns.none.push(role);
                 continue;
             }
-            let (name, brackets) = match column.trim().split_once('[') {
-                Some((name, rest)) => {
-                    (name.trim(), rest.trim_end_matches(']').split(' ').collect())
-                }
-                None => (column.trim(), Vec::new()),
-            };
+            let (name, brackets) = bracketed(role, column.trim());
             let mut factor = None;
-            for said in brackets.into_iter().filter(|said| !said.is_empty()) {
+            for said in brackets.split(' ').filter(|said| !said.is_empty()) {
                 match (unit(role.quantity(), said), Convention::from_str(said)) {
                     (Some(unit), _) => factor = Some(unit),
                     (None, Ok(convention)) if convention.role() == role => {
                         columns.conventions.push(convention);
                     }
-                    _ => return fail(wrong_unit(role, said)),
+                    _ => return fail(wrong_unit(role, said, column.trim())),
                 }
             }
             let source = Source {
@@ -294,15 +301,35 @@ impl FromStr for Columns {
     }
 }
 
-fn wrong_unit(role: Role, said: &str) -> String {
+/// The name of a column and what the last brackets behind it say. Brackets without a letter, such as `[0]`, are part of the
+/// name, unless they are a unit.
+fn bracketed(role: Role, column: &str) -> (&str, &str) {
+    let split = column
+        .strip_suffix(']')
+        .and_then(|rest| rest.rsplit_once('['));
+    let Some((name, said)) = split else {
+        return (column, "");
+    };
+    let is_name = !said.is_empty()
+        && !said.contains(char::is_alphabetic)
+        && unit(role.quantity(), said).is_none();
+    if is_name {
+        (column, "")
+    } else {
+        (name.trim(), said)
+    }
+}
+
+fn wrong_unit(role: Role, said: &str, column: &str) -> String {
+    let instead = format!("; for a column of that name: {}={column}[]", role.name());
     let units = UNITS.iter().filter(|(_, of, _)| *of == role.quantity());
     let units = units.map(|(name, ..)| *name);
     let conventions = Convention::iter().filter(|c| c.role() == role);
     let known: Vec<&str> = units.chain(conventions.map(<&str>::from)).collect();
     match known[..] {
-        [] => format!("`{}` has no unit; remove [{said}]", role.name()),
+        [] => format!("`{}` has no unit; remove [{said}]{instead}", role.name()),
         _ => format!(
-            "[{said}] is no unit of `{}`; known are {}",
+            "[{said}] is no unit of `{}`; known are {}{instead}",
             role.name(),
             known.join(", ")
         ),
@@ -446,10 +473,21 @@ impl Columns {
         self.conventions.contains(&convention)
     }
 
-    /// The same with the columns as a table writes them, in any case; and those that it does not have.
-    pub fn in_table(mut self, names: &[String]) -> (Self, Vec<String>) {
+    /// The same with the columns as a table writes them, in any case, and those that it does not have; with `units` also one
+    /// whose name is that and its unit, if it is the only one.
+    pub fn in_table(mut self, names: &[String], units: bool) -> (Self, Vec<String>) {
         let mut missing = Vec::new();
-        self.of.retain(|_, source| {
+        self.of.retain(|role, source| {
+            let is_base = |name: &&String| {
+                with_unit(*role, name).is_some_and(|(base, factor)| {
+                    let is_said = source
+                        .factor
+                        .is_none_or(|said| (said - factor).abs() < 1e-12);
+                    units && is_said && base.eq_ignore_ascii_case(&source.column)
+                })
+            };
+            let mut based = names.iter().filter(is_base);
+            let only = based.next().filter(|_| based.next().is_none());
             let written = names
                 .iter()
                 .find(|name| **name == source.column)
@@ -457,12 +495,16 @@ impl Columns {
                     names
                         .iter()
                         .find(|n| n.eq_ignore_ascii_case(&source.column))
-                });
-            match written {
-                Some(name) => source.column.clone_from(name),
-                None => missing.push(source.column.clone()),
-            }
-            written.is_some()
+                })
+                .or(only);
+            let Some(name) = written else {
+                missing.push(source.column.clone());
+                return false;
+            };
+            let written = with_unit(*role, name).map(|(_, factor)| factor);
+            source.factor = source.factor.or(written);
+            source.column.clone_from(name);
+            true
         });
         (self, missing)
     }
@@ -489,12 +531,26 @@ mod tests {
         assert_eq!((factor(Role::X), factor(Role::Y)), (Some(1.0), Some(FOOT)));
         assert!((factor(Role::Heading).unwrap() - 1f64.to_radians()).abs() < 1e-15);
         assert!((factor(Role::Speed).unwrap() - 1.0 / 3.6).abs() < 1e-15);
+        // Of several with the name, and of one with another unit, none is meant.
+        let missing = |said: &str, table: &[&str], units| {
+            let table: Vec<String> = table.iter().map(ToString::to_string).collect();
+            let columns: Columns = said.parse().unwrap();
+            columns.in_table(&table, units).1
+        };
+        assert_eq!(missing("x=px", &["px [ft]", "px [m]"], true), ["px"]);
+        assert_eq!(missing("x=px[m]", &["px [ft]"], true), ["px"]);
+        assert_eq!(missing("x=px[m]", &["px [ft]", "px [m]"], true), [""; 0]);
+        assert_eq!(missing("x=pos[0]", &["pos[0] [ft]"], true), [""; 0]);
+        assert_eq!(missing("x=px", &["px [m]"], false), ["px"]);
         assert_eq!(found.of[&Role::Class].column, "object_type");
         assert!(found.is_enough());
         // The more usual name is meant.
         assert_eq!(names("id|track_id|x|y|t").of[&Role::Id].column, "track_id");
         assert_eq!(names("x|y|t").missing(), ["id"]);
         assert_eq!(names("lat|lon|frame|id").missing(), [""; 0]);
+        let others = names("t|track_uid|x|y|dim_x|dimensions.y|cls");
+        let known = [Role::Id, Role::Length, Role::Width, Role::Class];
+        assert!(others.is_enough() && known.iter().all(|role| others.of.contains_key(role)));
     }
 
     #[test]
@@ -520,6 +576,22 @@ mod tests {
         assert!(error("id=a[m]").contains("has no unit"));
         assert!(error("x=a,x=b").contains("twice"));
         assert!(error("").contains("no column"));
+        assert!(error("x=pos[x]").contains("for a column of that name: x=pos[x][]"));
+        // Brackets may be part of the name, or say the unit in the table, too.
+        let brackets: Columns = "time=t,id=a[x][],x=pos[0],y=pos[1][ft],speed=v"
+            .parse()
+            .unwrap();
+        let table = ["t [ms]", "a[x]", "pos[0]", "pos[1]", "v (km/h)"].map(String::from);
+        let (found, missing) = brackets.in_table(&table, true);
+        assert_eq!(missing, [""; 0]);
+        let named: Vec<&str> = found.of.values().map(|s| s.column.as_str()).collect();
+        assert_eq!(named, table);
+        let factor = |role| found.of[&role].factor;
+        assert_eq!(
+            (factor(Role::Time), factor(Role::Y)),
+            (Some(1e-3), Some(FOOT))
+        );
+        assert!((factor(Role::Speed).unwrap() - 1.0 / 3.6).abs() < 1e-15);
         // What is not named comes from the names; a column has one role.
         let rest = names("px|py|who|t|speed|dir|frame");
         let all = columns.or(rest);

@@ -77,9 +77,11 @@ impl Rows {
         self.commas += batch.commas;
         self.headers += batch.headers;
         self.unknown += batch.unknown;
-        if self.lines.len() + batch.lines.len() > MOST_ROWS {
+        // Also those that are left out: they take as long.
+        let count = self.lines.len() + self.incomplete.0;
+        if count + batch.lines.len() > MOST_ROWS {
             return Err(BadCell {
-                line: self.lines.len(),
+                line: count,
                 column: String::new(),
                 message: format!("more than {MOST_ROWS} rows; split the table"),
             });
@@ -237,4 +239,35 @@ fn is_yes(text: &str) -> bool {
     let lower = text.to_lowercase();
     let is_one = lower.parse::<f64>().is_ok_and(|value| value == 1.0);
     is_one || matches!(lower.as_str(), "true" | "yes" | "y") || EGO.contains(&lower.as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn rows_that_are_left_out_are_counted_and_bounded() {
+        let row = |id: &str| {
+            let of = |name: &str, is_text| super::super::Wanted {
+                name: name.into(),
+                is_text,
+            };
+            let mut batch = Batch::new(&[of("id", true), of("time", false)]);
+            batch.push(0, id, b',').unwrap();
+            batch.push(1, "0.1", b',').unwrap();
+            batch.lines.push(7);
+            batch
+        };
+        let roles = [Role::Id, Role::Time];
+        let mut rows = Rows::default();
+        for id in ["", "a", ""] {
+            rows.add(&roles, row(id)).unwrap();
+        }
+        assert_eq!((rows.count(), rows.incomplete), (1, (2, 7)));
+        rows.incomplete.0 = MOST_ROWS - 1;
+        let full = rows.add(&roles, row("")).unwrap_err().message;
+        assert!(full.contains("more than"), "{full}");
+    }
 }

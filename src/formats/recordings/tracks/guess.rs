@@ -9,6 +9,8 @@ use super::columns::FOOT;
 /// Two rows of a track that follow each other.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
+    /// The place of their track.
+    pub track: usize,
     /// Between them, as in the table.
     pub time: f64,
     /// As in the table.
@@ -117,6 +119,33 @@ pub fn speed_unit(pairs: &[Pair], in_feet: bool) -> SpeedUnit {
         _ => SpeedUnit::Odd(ratio),
     }
 }
+
+/// A part by which the speeds of one track may differ from those of the table.
+const SAME_UNIT: f64 = 0.2;
+
+/// The unit of a track's speeds where it is another than that of the table, of which one is `factor` m/s, and how many
+/// times the motion they are.
+pub fn other_speed_unit(pairs: &[Pair], factor: f64) -> Option<(&'static str, f64)> {
+    match speed_unit(pairs, false) {
+        SpeedUnit::Known(name, own) if (factor / own - 1.0).abs() > SAME_UNIT => {
+            Some((name, factor / own))
+        }
+        _ => None,
+    }
+}
+
+/// By how much the headings of a track are off its motion, radians, where they fit it in the other unit.
+pub fn other_angle_unit(pairs: &[Pair], form: HeadingForm) -> Option<f64> {
+    let other = HeadingForm {
+        degrees: !form.degrees,
+        ..form
+    };
+    let off = heading_off(pairs, form).filter(|off| *off > ODD_HEADING)?;
+    (heading_off(pairs, other)? < ODD_HEADING).then_some(off)
+}
+
+/// Headings farther off the motion on average are told, radians.
+pub const ODD_HEADING: f64 = 0.35;
 
 /// How headings are written.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -240,6 +269,7 @@ mod tests {
         let pairs = (0..120).map(|i| {
             let ((a, before), (b, after)) = (at(i), at(i + 1));
             Pair {
+                track: 0,
                 time: 0.1,
                 moved: b - a,
                 heading: (write(before), write(after)),

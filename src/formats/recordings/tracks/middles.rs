@@ -1,13 +1,17 @@
 //! From where places of a table are to the middles of bodies, and the sizes of these.
 
-use nearmiss_base::geometry::{Point, Vector, angle_between};
-use nearmiss_scene::scenario::ObstacleType;
+use std::collections::BTreeMap;
 
+use nearmiss_base::geometry::{Point, Vector, angle_between};
+use nearmiss_scene::scenario::{ObstacleType, Severity};
+
+use super::batch::shown;
 use super::columns::{Convention, Role};
 use super::guess::{self, HeadingForm, Pair};
 use super::motion;
 use super::states::signed;
 use super::table::{Trust, Work};
+use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly;
 
 /// So far is the middle of a body before its rear axle, in its lengths.
@@ -15,6 +19,12 @@ const REAR_AXLE: f64 = 0.28;
 
 /// So far is it behind its front.
 const FRONT: f64 = -0.5;
+
+/// Classes that say that the class is not known.
+const UNKNOWN: [&str; 4] = ["unknown", "other", "none", "nan"];
+
+/// So many classes are named.
+const MAX_CLASSES: usize = 5;
 
 impl Work<'_> {
     /// Moves places from the front, rear axle or corner of a body to its middle; steps are `dt` seconds long, the first
@@ -115,16 +125,46 @@ impl Work<'_> {
                 }
             }
         }
+        self.note_unknown_classes();
         if !has_class {
             self.report
                 .note("no classes; taken by size, those without a size as cars");
         }
         if !assumed.is_empty() {
             self.report.note(format!(
-                "tracks without a size: {}; assumed by class: {}",
+                "tracks without a size above 0: {}; assumed by class: {}",
                 assumed.len(),
                 assembly::in_words(assumed)
             ));
+        }
+    }
+
+    /// Names classes that say nothing of what a road user is.
+    fn note_unknown_classes(&self) {
+        let mut unknown: BTreeMap<&str, usize> = BTreeMap::new();
+        for (track, named) in self.rows.tracks.iter().enumerate() {
+            let class = named.class.as_str();
+            let is_said = class.is_empty() || UNKNOWN.contains(&class.to_lowercase().as_str());
+            if !is_said && self.kind(track) == ObstacleType::Unknown {
+                *unknown.entry(class).or_default() += 1;
+            }
+        }
+        let words = unknown.iter().take(MAX_CLASSES);
+        let words: Vec<String> = words
+            .map(|(class, count)| format!("`{}` (tracks: {count})", shown(class)))
+            .collect();
+        let more = match unknown.len() - words.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        if !words.is_empty() {
+            self.report.at(format!("column {}", self.column(Role::Class))).note(
+                Severity::Note,
+                format!(
+                    "classes that are not known: {}{more}; taken as unknown; known are words such as car, truck, bus, motorcycle, bicycle and pedestrian",
+                    words.join(", ")
+                ),
+            );
         }
     }
 

@@ -15,6 +15,7 @@ mod large;
 mod middles;
 mod motion;
 mod names;
+mod said;
 mod scenario;
 mod states;
 pub(super) mod table;
@@ -27,7 +28,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use nearmiss_base::system::{self, FileCache};
 use nearmiss_scene::scenario::{HashedBeginning, Scenario};
@@ -37,12 +38,13 @@ use super::openscenario::EGOS;
 use super::{Leftovers, Report, esmini};
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::{ReadError, beginning_of_file};
-use crate::dispatch::{Address, Format, HEAD, Parts};
+use crate::dispatch::{Address, Applies, Format, HEAD, Parts};
 use known::Known;
 use large::Outline;
 use table::{Decided, Recorded, Said, Track, Trust};
 
 pub use arrow::Form as ColumnForm;
+use arrow::PARQUET;
 pub use batch::Wanted;
 pub(super) use batch::{Batch, Dictionary, Values};
 pub(super) use columns::Role;
@@ -50,49 +52,12 @@ use columns::Source;
 pub use columns::{Columns, ColumnsError};
 pub use forecast::{Forecast, read_forecasts};
 pub(super) use gather::Rows;
-pub use text::BadCell;
+use said::options;
+pub use said::{NamedTable, TableOptions, check_table_options, read_tables_with};
+pub use text::{BadCell, without_header};
 
 /// The format.
 pub struct Tables;
-
-/// What the user says of tables.
-#[derive(Debug, Clone, Default)]
-pub struct TableOptions {
-    /// Of every table.
-    pub columns: Option<Columns>,
-    /// Frames a second.
-    pub rate: Option<f64>,
-    /// The map beside every table.
-    pub map: Option<PathBuf>,
-    /// Tables of the configuration, by name; one fits a table that has all of its columns.
-    pub named: Vec<NamedTable>,
-}
-
-/// A table that the configuration describes.
-#[derive(Debug, Clone)]
-pub struct NamedTable {
-    /// Its name.
-    pub name: String,
-    /// Its columns.
-    pub columns: Columns,
-    /// Frames a second.
-    pub rate: Option<f64>,
-    /// The map beside it.
-    pub map: Option<PathBuf>,
-}
-
-static OPTIONS: OnceLock<TableOptions> = OnceLock::new();
-
-/// Says how the user's tables are to be read. Said once, before the first one is read, so that all readings of a table are
-/// the same.
-pub fn read_tables_with(options: TableOptions) {
-    // What is said again is what is said already: there is one command line.
-    let _ = OPTIONS.set(options);
-}
-
-fn options() -> &'static TableOptions {
-    OPTIONS.get_or_init(TableOptions::default)
-}
 
 /// How a table is packed and written.
 #[derive(Debug)]
@@ -190,7 +155,7 @@ impl Plan {
             names,
         };
         if let Some(columns) = &options.columns {
-            let (own, missing) = columns.clone().only(is_wanted).in_table(&plan.names);
+            let (own, missing) = columns.clone().only(is_wanted).in_table(&plan.names, true);
             plan.columns = own.or(plan.columns);
             plan.missing = missing;
             plan.by = "--columns".into();
@@ -198,7 +163,7 @@ impl Plan {
         }
         let fitting = options.named.iter().find_map(|named| {
             let columns = named.columns.clone().only(is_wanted);
-            let (columns, missing) = columns.in_table(&plan.names);
+            let (columns, missing) = columns.in_table(&plan.names, false);
             missing.is_empty().then_some((named, columns))
         });
         if let Some((named, columns)) = fitting {
@@ -210,7 +175,7 @@ impl Plan {
         }
         if let Some(known) = Known::find(&plan.names) {
             let columns: Columns = known.columns.parse().unwrap_or_default();
-            plan.columns = columns.in_table(&plan.names).0;
+            plan.columns = columns.in_table(&plan.names, false).0;
             plan.known = Some(known);
             plan.by = known.source.into();
         }
@@ -242,6 +207,9 @@ impl Plan {
         let mut head = Vec::new();
         let file = system::open_file(path).map_err(io)?;
         file.take(HEAD as u64).read_to_end(&mut head).map_err(io)?;
+        if let Some(why) = arrow::Form::damage(&head, path) {
+            return Err(report.fail(why));
+        }
         Ok(Self::of(path, &head, options, is_wanted))
     }
 
@@ -252,6 +220,9 @@ impl Plan {
 
     /// Why it cannot be read, if it cannot.
     fn check(&self, report: &Report) -> Result<(), ReadError> {
+        if !self.is_whole() && has_other_letters(&self.names) {
+            return Err(report.fail(text::NOT_UTF8));
+        }
         if !self.missing.is_empty() {
             return Err(report.fail(format!(
                 "no column `{}`; the table has {}",
@@ -375,17 +346,41 @@ pub struct Lacking {
     pub instead: String,
     /// Whether it has all but one.
     pub is_near: bool,
+    /// Whether it has any of what is needed.
+    pub has_some: bool,
 }
 
 /// What a table with these columns lacks for tracks.
 pub fn lacking(columns: &[String]) -> Lacking {
     let found = Columns::by_name(columns).only(Role::is_of_recordings);
-    let instead = found.lacking().unwrap_or_default();
+    let missing = found.missing();
+    let instead = match names::side_by_side(columns)[..] {
+        _ if has_other_letters(columns) => text::NOT_UTF8.into(),
+        [one, other, ..] if missing.contains(&"x") => format!(
+            "road users stand side by side (`{}`, `{}`); write a row for each road user and moment, with columns time, id, x, y",
+            batch::shown(one),
+            batch::shown(other)
+        ),
+        _ => found.lacking().unwrap_or_default(),
+    };
     Lacking {
         columns: shown(columns),
         instead: format!("{instead} (`nearmiss help tracks`)"),
-        is_near: found.missing().len() == 1,
+        is_near: missing.len() == 1,
+        has_some: missing.len() < Columns::default().missing().len(),
     }
+}
+
+/// Whether names have letters of another encoding than UTF-8.
+fn has_other_letters(names: &[String]) -> bool {
+    names
+        .iter()
+        .any(|name| name.contains(char::REPLACEMENT_CHARACTER))
+}
+
+/// The columns of objects of JSON, in lines or in an array, that begin so; nothing of other JSON.
+pub fn json_columns(text: &str) -> Option<Vec<String>> {
+    text::Layout::detect(text.as_bytes(), &[]).map(|layout| layout.names)
 }
 
 /// What is in a file, with all that is needed for its windows.
@@ -592,7 +587,7 @@ impl Table {
             .read_to_end(&mut text)
             .map_err(io)?;
         let said = Report::about(report.file());
-        let log = esmini::read(&String::from_utf8_lossy(&text), report)?.bodies(None, &said);
+        let log = esmini::read(&String::from_utf8_lossy(&text), &said)?.bodies(None, &said);
         said.note(format!("recorded by {}", log.player));
         let mut leftovers = Leftovers::default();
         let count = log.entities.values().map(Vec::len).sum();
@@ -709,21 +704,19 @@ pub fn id_of(path: &Path, name: &str) -> Option<i64> {
         return outline.id_of(name);
     }
     let table = read(&address.file).ok()?;
-    let is_meant = |track: &&Track| {
-        let part = address.part.as_ref();
-        track.name == name && (track.scenario.is_empty() || part == Some(&track.scenario))
-    };
-    let place = table
-        .recorded
-        .tracks
-        .iter()
-        .position(|track| is_meant(&track))?;
+    let part = address.part.as_deref();
+    let scenario = table.only_scenario().or(part)?;
+    let (place, _) = table
+        .tracks(scenario)
+        .find(|(_, track)| track.name == name)?;
     table.ids.get(&place).copied()
 }
 
 impl Format for Tables {
+    /// Also damaged ones, so that this is said of them.
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
         Plan::of(path, head, options(), Role::is_of_recordings).is_some()
+            || arrow::Form::damage(head, path).is_some()
     }
 
     fn is_found(&self, path: &Path, head: &[u8]) -> bool {
@@ -733,8 +726,18 @@ impl Format for Tables {
                 || path.with_file_name(crate::ego::RECORDING).is_file()
         };
         // The log of a scenario, the other table of a recording and results of an ego are read with it.
+        match Plan::of(path, head, options(), Role::is_of_recordings) {
+            Some(plan) => plan.is_whole() && !is_beside(&plan),
+            None => head.starts_with(PARQUET) && arrow::Form::damage(head, path).is_some(),
+        }
+    }
+
+    fn applies(&self, path: &Path, head: &[u8]) -> Applies {
         let plan = Plan::of(path, head, options(), Role::is_of_recordings);
-        plan.is_some_and(|plan| plan.is_whole() && !is_beside(&plan))
+        match plan.map(|plan| plan.written) {
+            Some(Written::Log(_)) => Applies::Map,
+            _ => Applies::All,
+        }
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {

@@ -84,6 +84,7 @@ const SYNONYMS: [(Role, &[&str]); 24] = [
             "uid",
             "name",
             "targetid",
+            "trackuid",
         ],
     ),
     (
@@ -246,6 +247,8 @@ const SYNONYMS: [(Role, &[&str]); 24] = [
             "sizelength",
             "dimensionlength",
             "dimensionslength",
+            "dimensionsx",
+            "dimx",
         ],
     ),
     (
@@ -263,6 +266,8 @@ const SYNONYMS: [(Role, &[&str]); 24] = [
             "sizewidth",
             "dimensionwidth",
             "dimensionswidth",
+            "dimensionsy",
+            "dimy",
         ],
     ),
     (
@@ -284,6 +289,7 @@ const SYNONYMS: [(Role, &[&str]); 24] = [
             "roaduser",
             "classid",
             "typeid",
+            "cls",
         ],
     ),
     (
@@ -338,6 +344,17 @@ fn of_name(name: &str) -> Option<(Role, usize)> {
 
 /// So much less usual is a name behind `pose`.
 const POSE: usize = 100;
+
+/// The columns, such as `ego.x` and `car1.x`, that say where someone is along x behind a name of their own: road users side
+/// by side. Those that say it alone are none.
+pub fn side_by_side(names: &[String]) -> Vec<&String> {
+    let is_x = |end: &str| matches!(said(end), Some((Role::X, ..)));
+    let is_of_one = |name: &&String| {
+        let mut ends = name.match_indices(['.', '_', ' ', '/']);
+        said(name).is_none() && ends.any(|(at, _)| is_x(&name[at + 1..]))
+    };
+    names.iter().filter(is_of_one).collect()
+}
 
 /// A name without case and punctuation.
 fn plain(name: &str) -> String {

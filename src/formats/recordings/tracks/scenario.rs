@@ -23,7 +23,7 @@ const MAX_NUMBERS: usize = 12;
 
 impl Table {
     /// The tracks of a scenario of the table, with their places in it.
-    fn tracks(&self, scenario: &str) -> impl Iterator<Item = (usize, &Track)> {
+    pub(super) fn tracks(&self, scenario: &str) -> impl Iterator<Item = (usize, &Track)> {
         let all = self.recorded.tracks.iter().enumerate();
         all.filter(move |(_, track)| track.scenario == scenario)
     }
@@ -125,7 +125,7 @@ impl Table {
     }
 
     /// The name of the scenario where the table has one.
-    fn only_scenario(&self) -> Option<&str> {
+    pub(super) fn only_scenario(&self) -> Option<&str> {
         let first = &self.recorded.tracks.first()?.scenario;
         let mut all = self.recorded.tracks.iter();
         all.all(|track| track.scenario == *first).then_some(first)
@@ -185,6 +185,15 @@ impl Table {
             at.note(said.severity, said.message.clone());
         }
         self.leftovers.report_to(&report);
+        // Of logs no unit of time was found out: they are in seconds.
+        let first = self.recorded.start + steps.0 as f64 * self.recorded.time_step;
+        if first.abs() >= self.recorded.time_step / 2.0 && self.recorded.decided.time > 0.0 {
+            let written = self.recorded.decided.written((first * 1e6).round() / 1e6);
+            report.note(format!(
+                "time 0 is {} in the table",
+                (written * 1e6).round() / 1e6
+            ));
+        }
         let mut tracks = Vec::new();
         for (place, track) in self.tracks(name) {
             let from = track.states.partition_point(|s| s.step < steps.0);

@@ -68,6 +68,18 @@ impl Work<'_> {
         self.report.note_count(missing.headings, |n| {
             format!("headings from the motion, smoothed over up to 0.8 s: {n}")
         });
+        if !missing.still.is_empty() {
+            let some = missing.still.iter().take(MAX_STILL);
+            let some: Vec<String> = some.map(|name| format!("`{name}`")).collect();
+            let more = match missing.still.len() - some.len() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            self.report.note(format!(
+                "tracks that never move: {}{more}; their headings are not known, 0 (along x) is taken",
+                some.join(", ")
+            ));
+        }
         self.report.note_count(missing.held, |n| {
             format!(
                 "`{}` is the direction of movement, which standstill has none of; held there (rows: {n})",
@@ -185,6 +197,11 @@ impl Work<'_> {
             let places: Vec<Point> = rows.iter().map(|row| row.place).collect();
             motion::derive(&steps, &places, dt)
         };
+        if headings.iter().all(|heading| heading.is_nan())
+            && derived.get_or_init(derive).iter().all(|at| at.speed == 0.0)
+        {
+            missing.still.push(self.rows.tracks[track].name.clone());
+        }
         let mut states = Vec::with_capacity(rows.len());
         for (i, seen) in rows.iter().enumerate() {
             let row = order[i];
@@ -230,7 +247,12 @@ struct Missing {
     speeds: usize,
     /// Headings that were held.
     held: usize,
+    /// Tracks that never move and have no heading.
+    still: Vec<String>,
 }
+
+/// So many tracks that never move are named.
+const MAX_STILL: usize = 5;
 
 /// A usual step, seconds.
 const STEP: f64 = 0.1;

@@ -3,9 +3,10 @@
 use nearmiss_base::geometry::{Point, angle_between};
 use nearmiss_scene::scenario::{Diagnostic, ObstacleType, Severity};
 
+use super::check::Told;
 use super::columns::{Columns, Convention, FOOT, QUATERNION, Role};
 use super::gather::{MODE, Rows};
-use super::guess::{self, HeadingForm, Pair, SpeedUnit};
+use super::guess::{self, HeadingForm, ODD_HEADING, Pair, SpeedUnit};
 use super::states::signed;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
@@ -123,6 +124,9 @@ pub enum Trust {
     All,
 }
 
+/// So many tracks are named.
+const MAX_NAMED: usize = 5;
+
 /// Pairs of rows that are looked at to find something out.
 const MOST_PAIRS: usize = 50_000;
 
@@ -166,10 +170,12 @@ impl Recorded {
     pub fn new(rows: Rows, columns: &Columns, said: Said, file: &str) -> Result<Self, ReadError> {
         let report = Report::about(file);
         if rows.lines.is_empty() {
-            let message = format!(
-                "no track in it; {} rows lack an id, a time or a place",
-                rows.incomplete.0
-            );
+            let message = match rows.incomplete {
+                (0, _) => "no track in it: it has no rows".into(),
+                (count, line) => format!(
+                    "no track in it: {count} rows lack an id, a time or a place, the first one in line {line}"
+                ),
+            };
             return Err(report.fail(message));
         }
         let mut work = Work::new(rows, columns, said, report);
@@ -179,6 +185,7 @@ impl Recorded {
         work.read_lengths();
         work.read_speeds();
         let form = work.read_headings();
+        work.check_units(form);
         let (start, time_step) = work.steps(form)?;
         work.move_to_middles(form, start, time_step);
         work.finish(form, start, time_step)
@@ -329,6 +336,7 @@ impl<'a> Work<'a> {
                 let time = self.times[b] - self.times[a];
                 if time > 0.0 {
                     pairs.push(Pair {
+                        track,
                         time,
                         moved: self.places[b] - self.places[a],
                         heading: (heading(a), heading(b)),
@@ -470,7 +478,8 @@ impl<'a> Work<'a> {
             });
         }
         let north = says_north.then_some(true);
-        let (mut form, off) = guess::heading_form(&pairs, degrees, north);
+        let (found_form, off) = guess::heading_form(&pairs, degrees, north);
+        let mut form = found_form;
         let column = format!("column {}", self.column(Role::Heading));
         let mut found = Vec::new();
         if degrees.is_none() && form.degrees {
@@ -498,12 +507,60 @@ impl<'a> Work<'a> {
             _ => {}
         }
         if let Some(off) = off.filter(|off| *off > ODD_HEADING) {
+            let odd = pairs.chunk_by(|a, b| a.track == b.track);
+            let odd = odd.filter(|of| {
+                guess::heading_off(of, found_form).is_some_and(|off| off > ODD_HEADING)
+            });
+            let names: Vec<String> = odd
+                .map(|of| format!("`{}`", self.rows.tracks[of[0].track].name))
+                .collect();
+            let of = match names.len() {
+                0 => String::new(),
+                count if count > MAX_NAMED => format!(" (tracks: {count})"),
+                _ => format!(" (tracks {})", names.join(", ")),
+            };
             self.report.at(column).warn(format!(
-                "headings are {:.0}° off the motion on average; are they of this table?",
+                "headings are {:.0}° off the motion on average{of}; are they of this table?",
                 off.to_degrees()
             ));
         }
         Some(form)
+    }
+
+    /// Tells tracks whose speeds or headings are in another unit than those of the others.
+    fn check_units(&self, form: Option<HeadingForm>) {
+        if self.said.trust == Trust::All || self.said.decided.is_some() {
+            return;
+        }
+        let mut speeds = Told::new(&self.report, "speeds in another unit");
+        let mut headings = Told::new(&self.report, "headings in another unit");
+        let pairs = self.pairs();
+        for pairs in pairs.chunk_by(|a, b| a.track == b.track) {
+            let track = pairs[0].track;
+            let name = &self.rows.tracks[track].name;
+            let line = self.rows.lines[self.order[track][0] as usize];
+            if let Some((unit, ratio)) = guess::other_speed_unit(pairs, self.speed) {
+                speeds.tell(line, name, || {
+                    format!(
+                        "its speeds are {ratio:.2} times its motion; are they in {unit}? used as is"
+                    )
+                });
+            }
+            let form = form.filter(|_| self.numbers(Role::Heading).is_some());
+            if let Some((form, off)) =
+                form.and_then(|f| Some((f, guess::other_angle_unit(pairs, f)?)))
+            {
+                let unit = if form.degrees { "radians" } else { "degrees" };
+                headings.tell(line, name, || {
+                    let off = off.to_degrees();
+                    format!(
+                        "its headings are {off:.0}° off its motion; are they in {unit}? used as is"
+                    )
+                });
+            }
+        }
+        speeds.finish();
+        headings.finish();
     }
 
     /// The heading of a row, radians; NaN where it has none.
@@ -514,6 +571,3 @@ impl<'a> Work<'a> {
         signed(form, written)
     }
 }
-
-/// Headings farther off the motion on average are told, radians.
-const ODD_HEADING: f64 = 0.35;

@@ -57,6 +57,9 @@ pub struct BadCell {
 /// Bytes that are split at once.
 const BLOCK: usize = 2 << 20;
 
+/// No table that is read at once has more lines, with empty ones and comments: a packed one can be of any size.
+const MOST_LINES: usize = 100_000_000;
+
 /// No line is longer, bytes.
 const LONGEST_LINE: usize = 1 << 20;
 
@@ -66,7 +69,7 @@ impl Layout {
     pub fn detect(head: &[u8], said: &[&Columns]) -> Option<Self> {
         let text = String::from_utf8_lossy(head);
         let text = text.trim_start_matches('\u{feff}');
-        if text.contains('\0') {
+        if text.contains('\0') || text.trim_start().starts_with('<') {
             return None;
         }
         if text.starts_with(['{', '[']) {
@@ -178,7 +181,7 @@ impl Layout {
     /// Reads all rows and gives those of a block at a time to `take`.
     ///
     /// # Errors
-    /// The first cell that is no number where one is wanted, a line that is too long, or what `take` says.
+    /// The first cell that is no number where one is wanted, a line that is too long, too many lines, or what `take` says.
     pub fn read(
         &self,
         source: &mut dyn Read,
@@ -187,6 +190,12 @@ impl Layout {
     ) -> Result<(), BadCell> {
         let places = self.places(wanted);
         self.blocks(source, &mut |some| {
+            if let Some(block) = some.iter().find(|block| block.line > MOST_LINES) {
+                return Err(BadCell {
+                    line: block.line,
+                    ..unread(format!("more than {MOST_LINES} lines; split the table"))
+                });
+            }
             let read: Vec<Result<Batch, BadCell>> = some
                 .par_iter()
                 .map(|block| self.rows(block.line, &block.bytes, wanted, &places))
@@ -336,13 +345,26 @@ impl Layout {
                     .and_then(|place| record.get(place))
                     .unwrap_or_default();
                 let text = std::str::from_utf8(field);
-                let text = text.map_err(|_| bad(&wanted[column].name, "not UTF-8 text".into()))?;
+                let text = text.map_err(|_| bad(&wanted[column].name, NOT_UTF8.into()))?;
                 let done = batch.push(column, text, separator);
                 done.map_err(|message| bad(&wanted[column].name, message))?;
             }
             batch.lines.push(u32::try_from(line).unwrap_or(u32::MAX));
         }
     }
+}
+
+/// Said of text in another encoding.
+pub const NOT_UTF8: &str = "not UTF-8 text; save the file as UTF-8";
+
+/// How many columns a text has whose first line is mostly numbers, and so no header.
+pub fn without_header(text: &str) -> Option<usize> {
+    let mut lines = text.lines();
+    let first = lines.find(|line| !line.trim().is_empty() && !line.starts_with('#'))?;
+    let (form, row) = fields(first);
+    let is_number = |field: &&String| rows::number(field, form.separator()).is_some();
+    let numbers = row.iter().filter(is_number).count();
+    (row.len() > 2 && numbers * 2 > row.len()).then_some(row.len())
 }
 
 /// The fields of a line, and what is between them.
@@ -498,7 +520,13 @@ impl Blocks<'_> {
                     Ok(count) => filled += count,
                     Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
                     Err(error) => {
-                        return Err(fail(self.line, format!("cannot be read: {error}")));
+                        // What the system says has a number; what unpacks has none.
+                        let instead = match error.raw_os_error() {
+                            None => "; the packed file is damaged or cut off: get it again",
+                            Some(_) => "",
+                        };
+                        let message = format!("cannot be read: {error}{instead}");
+                        return Err(fail(self.line, message));
                     }
                 }
             }
@@ -731,7 +759,8 @@ mod tests {
             let layout = Layout::detect(text.as_bytes(), &[]).unwrap();
             assert_eq!(layout.names, ["t", "id", "x"]);
         }
-        assert_eq!(Layout::detect(b"<xml>", &[]), None);
+        let xml = b"<?xml version='1.0' encoding='UTF-8'?>\n<commonRoad>\n";
+        assert_eq!(Layout::detect(xml, &[]), None);
         assert_eq!(Layout::detect(b"a,b\n", &[]), None);
         let nested = Layout::detect(b"{\"p\":{\"x\":1,\"y\":[2,3]},\"t\":4}\n", &[]).unwrap();
         assert_eq!(nested.names, ["p.x", "p.y.0", "p.y.1", "t"]);

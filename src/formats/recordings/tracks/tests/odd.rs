@@ -486,6 +486,28 @@ fn a_table_that_lacks_columns_says_which() {
         said.contains("missing: id;") && said.contains("join them"),
         "{said}"
     );
+    let said = refused("time,a.x,a.y,b.x,b.y\n0,1,2,3,4\n");
+    assert!(said.contains("side by side (`a.x`, `b.x`)"), "{said}");
+    let said = refused("0.0 1 2.5 3.5 a\n0.1 1 2.6 3.6 a\n");
+    assert!(
+        said.contains("5 columns without a header") && said.contains("x=3"),
+        "{said}"
+    );
+    let said = refused("{\"t\":0,\"who\":{\"key\":\"a\"},\"pose\":{\"x\":1,\"y\":2}}\n");
+    assert!(
+        said.contains("`who.key`") && said.contains("missing: id"),
+        "{said}"
+    );
+    let said = refused("time,id,x,y\n");
+    assert!(said.contains("it has no rows"), "{said}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.csv");
+    std::fs::write(&path, b"Zeit,Fahrzeug,x,y,L\xe4nge\n0,1,2,3,4\n").unwrap();
+    let said = crate::dispatch::open(&path).unwrap_err().to_string();
+    assert!(
+        said.contains("not UTF-8 text; save the file as UTF-8"),
+        "{said}"
+    );
     assert!(
         refused("{\"time\":{\"0\":1,\"1\":2},\"x\":{\"0\":1}}")
             .contains("orient='records', lines=True")
@@ -612,4 +634,54 @@ fn a_folder_gives_tables_that_are_packed_or_have_other_names() {
     let found = crate::find(&[folder.path().to_path_buf()]).unwrap();
     assert_eq!(found.entries.len(), 4, "{:?}", found.entries);
     assert!(found.passed_over.is_empty(), "{:?}", found.passed_over);
+}
+
+#[test]
+fn what_cannot_be_known_is_told_with_its_tracks() {
+    let east = |time: f64| [10.0 * time, 0.0, 0.0, 10.0];
+    let text = lines(
+        "time,id,x,y,speed,class",
+        &[
+            ("1", &east),
+            ("2", &east),
+            ("3", &east),
+            ("4", &|_: f64| [5.0, 9.0, 0.0, 0.0]),
+        ],
+        30,
+        |time, name, [x, y, _, speed]| {
+            let speed = if name == "2" { speed * 3.6 } else { speed };
+            let class = if name == "3" { "PKW" } else { "car" };
+            format!("{:.1},{name},{x:.2},{y:.2},{speed:.2},{class}", time + 2.0)
+        },
+    );
+    let found = read(text.as_bytes(), &TableOptions::default()).unwrap();
+    let said = notes(&found);
+    for word in [
+        "time 0 is 2 in the table",
+        "tracks that never move: `4`",
+        "classes that are not known: `PKW` (tracks: 1)",
+        "its speeds are 3.60 times its motion; are they in km/h?",
+    ] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    assert_eq!(said.matches("times its motion").count(), 1, "{said}");
+}
+
+#[test]
+fn headings_of_one_track_in_degrees_are_told() {
+    let turned = |time: f64| {
+        let [x, y, heading, speed] = circle(time);
+        [x, y, heading.to_degrees(), speed]
+    };
+    let names = ["1", "2", "3", "4", "5", "6", "7", "8"];
+    let mut tracks: Vec<(&str, &Drive)> = Vec::new();
+    tracks.extend(names.map(|name| (name, &circle as &Drive)));
+    tracks.push(("9", &turned));
+    let text = lines(PLAIN, &tracks, 30, plain);
+    let found = read(text.as_bytes(), &TableOptions::default()).unwrap();
+    assert!(
+        notes(&found).contains("off its motion; are they in degrees?"),
+        "{}",
+        notes(&found)
+    );
 }
