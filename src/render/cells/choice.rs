@@ -188,6 +188,55 @@ pub fn write(buffer: &mut Buffer, area: Rect, pixmap: &Pixmap, blocks: Blocks, i
     }
 }
 
+/// A part of a cell has the colour that so many of its samples have: a body that reaches a little into the next cells would
+/// tint them, and have a halo.
+const PLAIN: f32 = 0.85;
+
+/// The same with the plain colours of its parts.
+fn plainly<'a>(
+    (symbol, front, back): Shown,
+    lines: impl Iterator<Item = &'a [u8]> + Clone,
+    inks: Inks,
+) -> Shown {
+    let shape = Blocks::of_symbol(symbol);
+    let is_covered = |x: usize, y: usize| match (symbol, shape) {
+        (' ', _) => false,
+        (_, Some((blocks, parts))) => {
+            let (_, bands) = blocks.per_cell();
+            let band = (2 * y + 1) * bands / (2 * DOWN);
+            parts >> (band * 2 + x * 2 / ACROSS) & 1 == 1
+        }
+        ('▁'..='▇', None) => (DOWN - y) * 8 <= (symbol as usize - 0x2580) * DOWN,
+        (_, None) => x * 8 < (0x2590 - symbol as usize) * ACROSS,
+    };
+    let color = |of: bool| {
+        let rows = lines.clone().enumerate();
+        let samples = rows.flat_map(|(y, line)| {
+            let pixels = line.chunks_exact(4).enumerate();
+            pixels.filter_map(move |(x, p)| (is_covered(x, y) == of).then_some([p[0], p[1], p[2]]))
+        });
+        // The only one that more than half can have.
+        let (mut most, mut votes) = ([0; 3], 0_u32);
+        for sample in samples.clone() {
+            if votes == 0 {
+                most = sample;
+            }
+            votes = if sample == most { votes + 1 } else { votes - 1 };
+        }
+        let (mut all, mut alike) = (0.0, 0.0);
+        for sample in samples {
+            all += 1.0;
+            alike += f32::from(u8::from(sample == most));
+        }
+        (alike >= PLAIN * all).then(|| inks.nearest(most.map(f32::from)).0)
+    };
+    let back = color(false).unwrap_or(back);
+    match color(true).unwrap_or(front) {
+        front if symbol != ' ' && front != back => (symbol, front, back),
+        _ => (' ', back, back),
+    }
+}
+
 /// A character, its colour, and that of the other part.
 type Shown = (char, Color, Color);
 
@@ -196,8 +245,9 @@ fn choose_row(samples: &[u8], stride: usize, blocks: Blocks, inks: Inks) -> Vec<
     let mut last = None;
     let cells = (0..stride).step_by(ACROSS * 4).map(|start| {
         let lines = samples.chunks_exact(stride);
-        match Cell::new(lines.map(|line| &line[start..start + ACROSS * 4])) {
-            Ok(cell) => cell.choose(blocks, inks),
+        let lines = lines.map(|line| &line[start..start + ACROSS * 4]);
+        match Cell::new(lines.clone()) {
+            Ok(cell) => plainly(cell.choose(blocks, inks), lines, inks),
             Err(pixel) => {
                 // Most cells are like the one before.
                 let color = match last {

@@ -357,6 +357,9 @@ const GLASS: f64 = 0.28;
 /// Lamps: how long and how wide they are, in parts of the body, and the least, metres.
 const LAMP: (f64, f64, f64) = (0.1, 0.3, 0.4);
 
+/// How opaque what two bodies cover is.
+const VEIL: f64 = 0.4;
+
 /// Characters along a body that has room for a windscreen.
 const ROOM: f64 = 3.0;
 
@@ -464,11 +467,12 @@ impl WorkbenchMap<'_> {
         }
     }
 
-    /// What both bodies of a contact cover.
+    /// What both bodies of a contact cover: the edges of both are seen, and the ego's colour through it, as it may be all
+    /// of a body.
     fn overlap(&self, map: &Map<'_>, picture: &mut Picture, contact: &Contact) -> Option<Area> {
         let ring = map.view.all(&contact.overlap);
         let edge = Stroke::new(self.theme.danger, 1.6).rounded();
-        picture.polygon(&ring, Some(self.theme.text), Some(edge));
+        picture.polygon(&ring, Some(self.theme.text.at(VEIL)), Some(edge));
         Area::around(&ring)
     }
 }

@@ -83,21 +83,29 @@ fn merged(map: &Map<'_>, picture: &mut Picture, color: Color, is_meant: &dyn Fn(
         }));
 }
 
-/// Stripes along the way of those who drive, as they are painted on the road.
+/// Fewer stripes than this, wider than they are, are no crossing.
+const FEWEST: usize = 3;
+
+/// Stripes along the way of those who drive, as they are painted on the road; in characters as wide as these show, if
+/// there are some then.
 fn crossing(map: &Map<'_>, picture: &mut Picture, crossing: &Surface) {
     let palette = map.palette;
     let ring = map.view.all(&crossing.ring);
-    let (shade, stripe, are_seen) = match map.workbench {
+    let (shade, stripe, stripes) = match map.workbench {
         None => (
             palette.road.towards(palette.lane, 0.35),
             palette.crosswalk,
-            true,
+            crossing.stripes(STRIPE),
         ),
         Some(look) => {
             let (road, paint) = (look.theme.map_road, look.theme.crosswalk);
-            let are_seen = look.markings && STRIPE >= finest(map, crossing) * look.cell;
-            let shade = road.towards(paint, if are_seen { 0.12 } else { 0.4 });
-            (shade, road.towards(paint, 0.6), are_seen)
+            let wide = STRIPE.max(finest(map, crossing) * look.cell);
+            let mut stripes = crossing.stripes(wide);
+            if !look.markings || wide > STRIPE && stripes.len() < FEWEST {
+                stripes.clear();
+            }
+            let shade = road.towards(paint, if stripes.is_empty() { 0.4 } else { 0.12 });
+            (shade, road.towards(paint, 0.6), stripes)
         }
     };
     if map.workbench.is_some_and(|look| !look.filled) {
@@ -105,10 +113,10 @@ fn crossing(map: &Map<'_>, picture: &mut Picture, crossing: &Surface) {
     }
     picture.polygon(&ring, Some(shade), None);
     // Stripes that would be finer than a hair become a surface.
-    if map.points(STRIPE) < 0.5 || !are_seen {
+    if map.points(STRIPE) < 0.5 {
         return;
     }
-    for ring in crossing.stripes() {
+    for ring in stripes {
         picture.polygon(&map.view.all(&ring), Some(stripe), None);
     }
 }

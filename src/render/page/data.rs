@@ -1,7 +1,7 @@
 //! What a page plays, as compact numbers: the map once, poses and measures per step.
 //!
 //! Lengths are whole centimetres from the page's origin, angles thousandths of a radian, speeds cm/s. Lists of them hold
-//! the first number and then differences.
+//! the first number and then differences. Ids are texts: as numbers a browser would round those above 2^53.
 
 use std::ops::RangeInclusive;
 
@@ -13,12 +13,16 @@ use serde::Serialize;
 use crate::display::Area;
 use crate::figure::Figure;
 use crate::scene::{
-    GoalArea, MapRequest, Paint, Surface, SurfaceKind, TrailSpan, Viewport, has_front, offset,
+    GoalArea, MapRequest, Paint, STRIPE, Surface, SurfaceKind, TrailSpan, Viewport, has_front,
+    offset,
 };
 use crate::view::{MapExtent, Variations, View};
 
 /// Points of a line or a ring, one coordinate after the other.
 type Line = Vec<i64>;
+
+/// The id of an obstacle.
+type PageId = String;
 
 /// Everything.
 #[derive(Serialize)]
@@ -35,9 +39,9 @@ pub struct PageData<'a> {
     /// Why there is no value, by the letters of [`Readings`].
     reasons: Vec<&'static str>,
     /// Of each obstacle that is measured, each measure over all steps.
-    readings: Vec<(i64, Vec<Readings>)>,
+    readings: Vec<(PageId, Vec<Readings>)>,
     /// Step, obstacle and place of each contact.
-    contacts: Vec<(i64, i64, i64, i64)>,
+    contacts: Vec<(i64, PageId, i64, i64)>,
     lines: Vec<PageLine>,
 }
 
@@ -56,12 +60,12 @@ struct PageView {
     turns: bool,
     /// The step, and the obstacle that is picked.
     step: i64,
-    picked: Option<i64>,
+    picked: Option<PageId>,
 }
 
 #[derive(Serialize)]
 struct Moment {
-    obstacle: i64,
+    obstacle: PageId,
     step: i64,
     severity: &'static str,
     words: String,
@@ -84,14 +88,14 @@ struct PageMap {
     /// Place, and from which step on it has which colour.
     lights: Vec<(i64, i64, Vec<Change>)>,
     /// Obstacle, first and last step of its occupancy sets, and their rings.
-    occupancies: Vec<(i64, i64, i64, Vec<Line>)>,
+    occupancies: Vec<(PageId, i64, i64, Vec<Line>)>,
 }
 
 /// A body, and where it is.
 #[derive(Serialize)]
 struct Body {
     /// `None` of the ego.
-    id: Option<i64>,
+    id: Option<PageId>,
     kind: &'static str,
     stands: bool,
     has_front: bool,
@@ -144,7 +148,7 @@ enum LineOwner {
     Ego,
     Recorded,
     Other,
-    Obstacle(i64),
+    Obstacle(PageId),
 }
 
 /// No number of a page is larger, so that none is lost in a browser.
@@ -208,7 +212,7 @@ impl<'a> PageData<'a> {
             bodies.push(ego);
         }
         let moments = figure.moments().iter().map(|moment| Moment {
-            obstacle: moment.obstacle,
+            obstacle: moment.obstacle.to_string(),
             step: moment.step,
             severity: SEVERITY_NAMES[usize::from(moment.grade.number())],
             words: moment.hazard.to_string(),
@@ -240,7 +244,7 @@ impl PageView {
                 && matches!(figure.extent(MAP), MapExtent::Ego { .. }),
             turns: figure.look().ego_up,
             step,
-            picked: figure.obstacles().first().copied(),
+            picked: figure.obstacles().first().map(i64::to_string),
         }
     }
 }
@@ -276,7 +280,7 @@ impl PageMap {
             if let Prediction::Occupancies(all) = &obstacle.prediction {
                 occupancies.extend(all.iter().map(|one| {
                     let rings = origin.lines(&one.region.outlines());
-                    (obstacle.id, one.time.from, one.time.to, rings)
+                    (obstacle.id.to_string(), one.time.from, one.time.to, rings)
                 }));
             }
         }
@@ -287,7 +291,7 @@ impl PageMap {
                 .collect(),
             stripes: surfaces
                 .filter(is_crossing)
-                .flat_map(Surface::stripes)
+                .flat_map(|surface| surface.stripes(STRIPE))
                 .map(|ring| origin.line(&ring))
                 .collect(),
             borders: borders.collect(),
@@ -363,7 +367,7 @@ impl Body {
             body.runs.clear();
         }
         (!body.x.is_empty()).then_some(Self {
-            id: Some(obstacle.id),
+            id: Some(obstacle.id.to_string()),
             kind: obstacle.kind.name(),
             stands,
             has_front: has_front(obstacle.kind),
@@ -459,7 +463,7 @@ impl<'a> Figure<'a> {
     }
 
     /// The values; why there is none is a place in `reasons`.
-    fn page_readings(&self, reasons: &mut Vec<NoValue>) -> Vec<(i64, Vec<Readings>)> {
+    fn page_readings(&self, reasons: &mut Vec<NoValue>) -> Vec<(PageId, Vec<Readings>)> {
         let Some(series) = self.series() else {
             return Vec::new();
         };
@@ -467,12 +471,12 @@ impl<'a> Figure<'a> {
         for id in series.obstacles() {
             let measures = series.measures().iter();
             let rows = measures.map(|measure| readings(series.row(measure.id, *id), reasons));
-            all.push((*id, rows.collect()));
+            all.push((id.to_string(), rows.collect()));
         }
         all
     }
 
-    fn page_contacts(&self, origin: &Origin) -> Vec<(i64, i64, i64, i64)> {
+    fn page_contacts(&self, origin: &Origin) -> Vec<(i64, PageId, i64, i64)> {
         let touches = |series: &&Series| {
             let mut obstacles = series.obstacles().iter();
             obstacles.any(|id| series.contact(*id).is_some())
@@ -495,7 +499,7 @@ impl<'a> Figure<'a> {
             };
             found.extend(request.contacts().into_iter().map(|contact| {
                 let (x, y) = origin.spot(&contact.at);
-                (step, contact.obstacle, x, y)
+                (step, contact.obstacle.to_string(), x, y)
             }));
         }
         found
@@ -515,7 +519,7 @@ impl<'a> Figure<'a> {
         let added = self.forecasts().iter().map(|forecast| PageLine {
             owner: match forecast.id {
                 Some(id) if self.is_ego(id) => LineOwner::Ego,
-                Some(id) => LineOwner::Obstacle(id),
+                Some(id) => LineOwner::Obstacle(id.to_string()),
                 None => LineOwner::Other,
             },
             dashed: false,

@@ -204,7 +204,7 @@ const draw = () => {
     if (!told && (body.stands || long * m.scale < 16)) continue;
     const [x, y] = onPage(m, at.x, at.y);
     if (x < -20 || y < -20 || x > width + 20 || y > height + 20) continue;
-    word(body === ego ? "ego" : String(body.id), x, y - Math.max(12, 0.5 * long * m.scale * Math.abs(Math.cos(at.heading - camera.up)) + 8), told ? color("text") : color("dim"));
+    word(body === ego ? "ego" : body.id, x, y - Math.max(12, 0.5 * long * m.scale * Math.abs(Math.cos(at.heading - camera.up)) + 8), told ? color("text") : color("dim"));
   }
   scaleBar(m, height);
 };
@@ -443,7 +443,7 @@ const panel = () => {
     found ? make("p", {}, make("b", {}, found.severity), `: ${found.words}, at `, toStep(found.step)) : body ? null : make("p", {}, "Click one on the map or in the table."),
     make("table", {}, make("tbody", {}, ...(body && series.has(body.id) ? rows : []), ...(body && !body.stands ? motion(body, "it") : []), ...(ego ? motion(ego, "the ego") : []))),
   ].filter(Boolean));
-  for (const row of table.querySelectorAll("tbody tr")) row.setAttribute("aria-selected", String(Number(row.dataset.id) === state.picked));
+  for (const row of table.querySelectorAll("tbody tr")) row.setAttribute("aria-selected", String(row.dataset.id === state.picked));
 };
 
 // Plots.
@@ -521,7 +521,7 @@ const fillTable = () => {
   const head = measures.flatMap((measure) => [make("th", { class: "n", scope: "col", title: measure.axis }, `${measure.id} now`), make("th", { class: "n", scope: "col" }, measure.extreme), make("th", { class: "n", scope: "col" }, "at")]);
   table.append(make("thead", {}, make("tr", {}, make("th", { scope: "col" }, "road user"), make("th", { scope: "col" }, "type"), make("th", { scope: "col" }, "severity"), ...head)),
     make("tbody", {}, ...order.map((id) => {
-      const row = make("tr", { "data-id": id, onclick: () => pick(id) }, make("td", {}, make("button", { type: "button", class: "time" }, String(id))), make("td", {}, named.get(id)?.kind ?? ""), make("td", {}, momentOf(id)?.severity ?? ""));
+      const row = make("tr", { "data-id": id, onclick: () => pick(id) }, make("td", {}, make("button", { type: "button", class: "time" }, id)), make("td", {}, named.get(id)?.kind ?? ""), make("td", {}, momentOf(id)?.severity ?? ""));
       measures.forEach((measure, m) => {
         const now = make("td", { class: "n" }), best = extremes.get(id)[m];
         const extreme = make("td", { class: "n" });
@@ -581,7 +581,7 @@ document.getElementById("player").append(
     make("aside", {}, card, charts)),
   measures.length ? make("div", { class: "wide" }, table) : "");
 const toHash = () => {
-  const [start, who] = location.hash.slice(1).split("/").map(Number);
+  const [at, who] = location.hash.slice(1).split("/"), start = Number(at);
   if (location.hash && Number.isInteger(start)) state.time = Math.min(LAST, Math.max(FIRST, start));
   if (who !== undefined && named.has(who)) state.picked = who;
 };

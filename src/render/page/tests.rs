@@ -68,7 +68,7 @@ fn poses_and_measures_are_those_of_the_scene() {
         }
         let series = figure.series().unwrap();
         for row in data["readings"].as_array().unwrap() {
-            let id = row[0].as_i64().unwrap();
+            let id = row[0].as_str().unwrap().parse().unwrap();
             for (measure, written) in series.measures().iter().zip(row[1].as_array().unwrap()) {
                 let mut values = Vec::new();
                 for part in written.as_array().unwrap() {
@@ -96,6 +96,27 @@ fn poses_and_measures_are_those_of_the_scene() {
         let worst = &data["moments"][0];
         assert_eq!(worst["step"], figure.telling_step());
         assert_eq!(data["view"]["picked"], worst["obstacle"]);
+    }
+}
+
+#[test]
+fn ids_that_a_browser_would_round_stay_apart() {
+    let (name, scene) = scenes().next().unwrap();
+    let mut scenario = (*scene.scenario).clone();
+    // As numbers of a browser both are 2^53.
+    let large = [9_007_199_254_740_992, 9_007_199_254_740_993];
+    for (obstacle, id) in scenario.obstacles.iter_mut().zip(large) {
+        obstacle.id = id;
+    }
+    let scene = Scene::new(scenario.into(), scene.ego);
+    let figure = figure(&scene, &name);
+    let data = data(&figure.page(figure.telling_step(), &Palette::paper(), &[]));
+    for id in large.map(|id| id.to_string()) {
+        let is_in = |list: &str, key: &str| {
+            let mut all = data[list].as_array().unwrap().iter();
+            all.any(|one| one[key] == id.as_str() || one[0] == id.as_str())
+        };
+        assert!(is_in("bodies", "id") && is_in("readings", ""), "{id}");
     }
 }
 

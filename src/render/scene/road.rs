@@ -194,14 +194,14 @@ impl Surface {
         })
     }
 
-    /// The stripes of a crossing, each a ring.
+    /// The stripes of a crossing, about this wide, each a ring.
     #[must_use]
-    pub fn stripes(&self) -> Vec<[Point; 4]> {
+    pub fn stripes(&self, wide: f64) -> Vec<[Point; 4]> {
         let Some(edges) = &self.edges else {
             return Vec::new();
         };
         let length = edges.0.length().max(edges.1.length());
-        let count = (length / (2.0 * STRIPE)).round().clamp(1.0, 500.0);
+        let count = (length / (2.0 * wide)).round().clamp(1.0, 500.0);
         let stripe = |i: usize| {
             let at = |quarter: f64| Self::line_at(edges, (i as f64 + quarter) / count);
             let ((a, d), (b, c)) = (at(0.25), at(0.75));
