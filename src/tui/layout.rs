@@ -98,6 +98,8 @@ const NARROW: u16 = 30;
 const LOWEST: u16 = 4;
 /// Fewest rows of what needs more to be understood: map and plot.
 const LOW: u16 = 6;
+/// Rows of list and map in two columns from which on the list stays while one looks at something else.
+const ROOM_FOR_LIST: u16 = 20;
 
 /// Where panes are, and the borders between them.
 #[derive(Default)]
@@ -420,8 +422,14 @@ impl Arranged {
             Pane::Scenarios | Pane::Prompt => focus,
             _ => Pane::Map,
         };
-        if shown == Pane::Scenarios {
-            // The map stays in sight while one looks through the list.
+        // The map stays in sight while one looks through the list; the open scenario stays there, where there is room.
+        let looks = shown == Pane::Scenarios;
+        if looks || (shown == Pane::Map && upper.height >= ROOM_FOR_LIST) {
+            let most = if looks {
+                (f64::from(upper.height) * 0.42).round() as u16
+            } else {
+                LOWEST
+            };
             let [list, map] = self.cut(
                 upper,
                 body,
@@ -431,7 +439,7 @@ impl Arranged {
                     edge: Edge::List,
                     upright: false,
                     before: true,
-                    usual: list_rows.min((f64::from(upper.height) * 0.42).round() as u16),
+                    usual: list_rows.min(most),
                     limits: (LOWEST, upper.height.saturating_sub(LOW)),
                 },
             );

@@ -171,7 +171,7 @@ pub fn synonyms_of(action: Action) -> &'static str {
         DrivePlanner => "plan simulate closed loop autopilot",
         NextPlanner => "external process own planner under test",
         SwitchVariant => "original before after",
-        SortScenarios => "order by",
+        SortScenarios => "order by severity",
         GroupScenarios => "country folder tag collapse",
         EditTags => "label category",
         MarkScenario | UnmarkScenarios => "select choose star",

@@ -114,11 +114,7 @@ fn text(model: &Model, width: usize) -> Text<'static> {
     match (model.scene(), model.values.for_obstacle(model.picked)) {
         (None, _) => {
             text.push_line(Line::styled(
-                format!(
-                    "no values without an ego: {} picks an obstacle, {} makes it the ego",
-                    model.look.key(Action::NextObstacle),
-                    model.look.key(Action::TakeAsEgo)
-                ),
+                format!("no values: {}", model.without_ego()),
                 dim,
             ));
         }

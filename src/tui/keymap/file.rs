@@ -374,13 +374,14 @@ const MOVED: &[(&str, Action)] = &[
 ];
 
 impl Keymap {
-    /// Where the action of an old key went, such as `results moved: Space o r`.
+    /// Where the action of an old key went, such as `% does nothing now: results is Space o r`.
     #[must_use]
     pub fn moved(&self, key: Key) -> Option<String> {
         let name = key.name();
         let (_, action) = MOVED.iter().find(|(old, _)| *old == name)?;
         let entry = ACTIONS.iter().find(|entry| entry.action == *action)?;
-        Some(format!("{} moved: {}", entry.id, self.key_of(*action)))
+        let now = self.key_of(*action);
+        Some(format!("{key} does nothing now: {} is {now}", entry.id))
     }
 }
 
@@ -562,7 +563,7 @@ mod tests {
         let percent = Key::parse("%").unwrap();
         assert_eq!(
             map.moved(percent).as_deref(),
-            Some("results moved: Space o r")
+            Some("% does nothing now: results is Space o r")
         );
         assert_eq!(map.moved(Key::parse("shift-z").unwrap()), None);
     }

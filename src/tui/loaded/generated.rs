@@ -9,7 +9,7 @@ use nearmiss_ask::prompts::Library;
 use nearmiss_drive::generation::attacker::{self, Candidate};
 use nearmiss_drive::generation::{
     Attack, AttackStyle, Avoidability, ClosedLoop, Effect, Effort, EvasionRecord, GateEvidence,
-    JointChange, Plausibility, Progress, Refusal, SearchResult, SelectedAttack, Variant, Wish,
+    JointChange, Progress, Refusal, SearchResult, SelectedAttack, Variant, Wish,
 };
 use nearmiss_drive::planner::{Cancel, Forecast};
 use nearmiss_drive::simulation::{ExternalPlanner, Settings};
@@ -153,10 +153,8 @@ impl Opened {
                 thresholds,
             )
         };
-        let plausibility = workshop.plausibility(&chosen.attack.change);
         let shown = VariantDisplay {
             style: workshop.style(),
-            plausibility: plausibility.map(|(own, _)| own),
             file: wanted.entry.display(),
             closed: workshop.closed,
             by: model.unwrap_or_else(|| match &wanted.wish {
@@ -218,7 +216,6 @@ struct VariantDisplay {
     only: Option<i64>,
     passed: Vec<GateEvidence>,
     style: AttackStyle,
-    plausibility: Option<Plausibility>,
     ranked: Vec<Candidate>,
     authorship: Option<Authorship>,
 }
@@ -252,7 +249,6 @@ impl VariantDisplay {
             avoidability: chosen.avoidability,
             passed: self.passed,
             style: self.style,
-            plausibility: self.plausibility,
             refused: match &self.authorship {
                 Some(wrote) => wrote.authored.refusals(),
                 None => found.refused.clone(),
@@ -358,8 +354,6 @@ pub struct GeneratedVariant {
     pub passed: Vec<GateEvidence>,
     /// How its attackers move.
     pub style: AttackStyle,
-    /// How plausible the motions are; `None` where no obstacle moves in the recording.
-    pub plausibility: Option<Plausibility>,
     /// Refusals on the way.
     pub refused: Vec<Refusal>,
     /// How far the search had come.

@@ -196,6 +196,13 @@ impl Opened {
         }
         self.scenario.steps()
     }
+
+    /// Seconds from the first of these steps to the last.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        let steps = self.steps();
+        (steps.end - 1 - steps.start).max(0) as f64 * self.scenario.dt()
+    }
 }
 
 /// The shown measures of a scene, and what is most dangerous in it.

@@ -55,6 +55,8 @@ impl PlannedEgo {
                     visible(&process.planner)
                 )
             }
+            // The drive has no step then.
+            (Outcome::Goal(_), _) if self.cycles.is_empty() => "goal reached at the start".into(),
             (outcome, _) => outcome.to_string(),
         }
     }

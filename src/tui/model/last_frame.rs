@@ -24,11 +24,10 @@ pub struct LastFrame {
     obstacles: Cell<usize>,
     results: RefCell<ResultsDrawn>,
     list: RefCell<Option<Rect>>,
-    columns: RefCell<Vec<(Extent, Vec<usize>)>>,
-    /// The rows of the reasoning in which claims begin.
+    columns: RefCell<Vec<Extent>>,
     for_picture: Cell<bool>,
     picture: RefCell<Option<MapPicture>>,
-    claims: RefCell<Vec<usize>>,
+    before_text: Cell<usize>,
     /// Long texts as they were drawn last.
     pub readings: RefCell<Readings>,
 }
@@ -178,18 +177,18 @@ impl LastFrame {
         *self.results.borrow_mut() = ResultsDrawn::default();
         *self.list.borrow_mut() = None;
         self.columns.borrow_mut().clear();
-        self.claims.borrow_mut().clear();
+        self.before_text.set(0);
     }
 
-    /// Claims of the reasoning begin in these rows of it.
-    pub fn set_claims(&self, rows: impl Iterator<Item = usize>) {
-        *self.claims.borrow_mut() = rows.collect();
+    /// So many rows of the reasoning stand before the answer's text.
+    pub fn set_before_text(&self, rows: usize) {
+        self.before_text.set(rows);
     }
 
-    /// The row of the reasoning in which a claim begins.
+    /// The rows of the reasoning before the answer's text.
     #[must_use]
-    pub fn claim(&self, place: usize) -> Option<usize> {
-        self.claims.borrow().get(place).copied()
+    pub fn before_text(&self) -> usize {
+        self.before_text.get()
     }
 
     /// The history is here.
@@ -267,26 +266,16 @@ impl LastFrame {
         self.texts.borrow_mut().push((pane, extent));
     }
 
-    /// The next answer side by side has this extent, and its claims stand in these lines.
-    pub fn next_column(&self, extent: Extent, claims: Vec<usize>) {
-        self.columns.borrow_mut().push((extent, claims));
+    /// The next answer side by side has this extent.
+    pub fn next_column(&self, extent: Extent) {
+        self.columns.borrow_mut().push(extent);
     }
 
     /// The extent of an answer side by side, by its place.
     #[must_use]
     pub fn column(&self, place: usize) -> Extent {
         let columns = self.columns.borrow();
-        columns
-            .get(place)
-            .map(|(extent, _)| *extent)
-            .unwrap_or_default()
-    }
-
-    /// The line in which a claim of an answer side by side stands.
-    #[must_use]
-    pub fn claim_row(&self, place: usize, claim: usize) -> Option<usize> {
-        let columns = self.columns.borrow();
-        columns.get(place)?.1.get(claim).copied()
+        columns.get(place).copied().unwrap_or_default()
     }
 
     /// A map is here.

@@ -229,6 +229,12 @@ pub fn themes_shown(model: &Model, picker: &Picker) -> Vec<String> {
 }
 
 impl Model {
+    /// Whether an ego may come by itself.
+    #[must_use]
+    pub fn awaits_ego(&self) -> bool {
+        self.opened.is_none() || self.driver.under_way.is_some()
+    }
+
     /// Why there is nothing to judge or plot, and what to do.
     #[must_use]
     pub fn without_ego(&self) -> String {
@@ -236,19 +242,24 @@ impl Model {
         match why {
             None => "no scenario is open".into(),
             Some(_) if self.driver.under_way.is_some() => "the ego is being planned".into(),
-            Some(why) => format!(
-                "{}: {} picks an obstacle, {} makes it the ego{}",
-                why.map_or("there is no ego".to_string(), ToString::to_string),
-                self.look.key(Action::NextObstacle),
-                self.look.key(Action::TakeAsEgo),
-                match &self.opened {
-                    Some(opened) if !opened.scenario.planning_problems.is_empty() => {
-                        let key = self.look.key(Action::DrivePlanner);
-                        format!(", {key} lets the planner drive one")
-                    }
-                    _ => String::new(),
+            Some(why) => {
+                let why = why.map_or("there is no ego".to_string(), ToString::to_string);
+                let key = |action| self.look.key(action);
+                let scenario = self.opened.as_ref().map(|o| &o.scenario);
+                let takes = scenario.filter(|s| !s.obstacles.is_empty()).map(|_| {
+                    let (pick, take) = (key(Action::NextObstacle), key(Action::TakeAsEgo));
+                    format!("{pick} picks an obstacle, {take} makes it the ego")
+                });
+                let plans = scenario
+                    .filter(|s| !s.planning_problems.is_empty())
+                    .map(|_| format!("{} lets the planner drive one", key(Action::DrivePlanner)));
+                let ways: Vec<String> = takes.into_iter().chain(plans).collect();
+                if ways.is_empty() {
+                    format!("{why}, and no obstacle that could be one")
+                } else {
+                    format!("{why}: {}", ways.join(", "))
                 }
-            ),
+            }
         }
     }
 

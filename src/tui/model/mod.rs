@@ -32,7 +32,9 @@ pub use super::features::map::state::{
 pub use super::features::planner::state::{Driver, RunningDrive, forecast_words};
 pub use super::features::plot::state::{Drives, Plot};
 pub use super::features::prompt::editor::{Change, Editor, Find, HEAVY, next, rows, width_of};
-pub use super::features::prompt::state::{EntryLine, PromptPane, PromptView, TextChanges, diff_of};
+pub use super::features::prompt::state::{
+    EntryLine, PromptPane, PromptView, TextChanges, changed_lines, diff_of,
+};
 pub use super::features::results::state::{
     COLUMNS as RESULTS_COLUMNS, CountedAnswers, ResultsDrawn, ResultsView,
 };

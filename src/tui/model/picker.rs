@@ -19,8 +19,10 @@ pub struct Picker {
     pub selected: usize,
 }
 
-/// The rank of an action in which the typed letters only stand in order.
-const LOOSE: usize = 6;
+/// The rank of an action in whose sentence a typed word stands within another one, and of one in which its letters only
+/// stand in order: both match where nothing better does.
+const WITHIN: usize = 6;
+const LOOSE: usize = 7;
 
 /// The actions that a palette shows, the best match first: names before words that mean the same, these before
 /// sentences.
@@ -47,21 +49,26 @@ pub fn palette_shown(model: &Model, picker: &Picker) -> Vec<&'static Entry> {
             let words = synonyms_of(entry.action).split(' ');
             words.chain(entry.id.split('-'))
         };
+        let doc = entry.doc.to_lowercase();
+        let in_doc = || doc.split(|c: char| !c.is_alphanumeric());
+        let rank = |typed: &str| match typed {
+            _ if words().any(|word| word == typed) => 2,
+            _ if words().any(|word| word.starts_with(typed)) => 3,
+            _ if words().any(|word| word.contains(typed)) => 4,
+            _ if in_doc().any(|word| word.starts_with(typed)) => 5,
+            _ if doc.contains(typed) => WITHIN,
+            _ => LOOSE,
+        };
         match typed.as_str() {
             "" => 0,
             typed if entry.id == typed => 0,
             typed if entry.id.starts_with(typed) => 1,
-            typed if words().any(|word| word == typed) => 2,
-            typed if words().any(|word| word.starts_with(typed)) => 3,
-            typed if words().any(|word| word.contains(typed)) => 4,
-            typed if entry.doc.to_lowercase().contains(typed) => 5,
-            _ => LOOSE,
+            typed => typed.split_whitespace().map(rank).max().unwrap_or(LOOSE),
         }
     };
-    // Letters in order anywhere are a match where nothing else is.
-    if shown.iter().any(|entry| rank(entry) < LOOSE) {
-        shown.retain(|entry| rank(entry) < LOOSE);
-    }
+    let best = shown.iter().map(|entry| rank(entry)).min();
+    let most = best.map_or(LOOSE, |best| best.max(WITHIN - 1));
+    shown.retain(|entry| rank(entry) <= most);
     // Of words that only contain it, none is nearer than another: the table's order.
     let place = |entry: &Entry| all.iter().position(|other| other.action == entry.action);
     // What another screen does comes last, unless it is named.

@@ -57,7 +57,7 @@ impl Model {
             return;
         }
         self.take_reference();
-        self.prompt.shipped_tokens = None;
+        self.prompt.shipped_question = None;
         self.refill();
     }
 
@@ -120,18 +120,20 @@ impl Model {
         held
     }
 
-    /// Counts the tokens of the shipped template, while the two are compared.
+    /// Fills the shipped template, too, while the two are compared.
     pub fn compare(&mut self) {
-        let compared = self.prompt.editing || self.prompt.view == PromptView::Diff;
+        let prompt = &self.prompt;
+        let rendered = prompt.view == PromptView::Rendered && prompt.is_draft();
+        let compared = prompt.editing || prompt.view == PromptView::Diff || rendered;
         let Some((file, shipped)) = self.prompt.shipped().filter(|_| compared) else {
             return;
         };
-        if self.prompt.shipped_tokens.is_some() {
+        if self.prompt.shipped_question.is_some() {
             return;
         }
         let Some(case) = self.case() else { return };
         let question = self.prepared(case, Some(&(file.into(), shipped.into())));
-        self.prompt.shipped_tokens = question.ok().map(|q| q.tokens());
+        self.prompt.shipped_question = question.ok().map(|q| (q.tokens(), q.prompt));
     }
 
     fn prepared(

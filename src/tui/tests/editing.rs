@@ -282,6 +282,10 @@ fn a_broken_line_is_marked_and_tokens_are_compared() {
         frame.contains("(+1") && frame.contains("vs shipped) · price unknown"),
         "{frame}"
     );
+    assert!(
+        frame.contains("+Some more words that the shipped"),
+        "{frame}"
+    );
     bench.type_text("{{ oops ");
     let frame = bench.frame(160, 45);
     assert_eq!(bench.model.prompt.error_line, Some(10));

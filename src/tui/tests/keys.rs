@@ -177,9 +177,9 @@ fn old_keys_say_where_they_went() {
     let mut bench = sized(80, 24);
     bench.press("%");
     assert!(bench.model.screens.is_empty());
-    assert_eq!(said(&bench), "results moved: Space o r");
+    assert_eq!(said(&bench), "% does nothing now: results is Space o r");
     bench.press("esc shift-u");
-    assert!(said(&bench).contains("switch-variant moved: Space g o"));
+    assert!(said(&bench).contains("switch-variant is Space g o"));
     let text = "[global]\nresults = [\"%\"]\n";
     bench.model.look.keymap = crate::keymap::Keymap::parse("keymap.toml", text).unwrap();
     bench.press("%");
@@ -317,6 +317,13 @@ fn the_palette_knows_other_words() {
             "{word}: {frame}"
         );
     }
+    // Each word begins one of the action's; letters within others are no match beside it.
+    let mut bench = sized(80, 24);
+    bench.press(":");
+    bench.type_text("sort s");
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("▸ sort "), "{frame}");
+    assert!(!frame.contains("pan-left"), "{frame}");
     let mut bench = sized(80, 24);
     bench.press(":");
     bench.type_text("shot");
@@ -378,6 +385,12 @@ fn a_message_stands_beside_the_keys_and_goes_with_the_next_one_once_read() {
     bench.model.tell("saved as rating 2");
     bench.send(Msg::Passed(Duration::from_secs_f64(4.5)));
     assert!(!footer(&bench).contains("rating 2"), "without a key, too");
+    // A window that opens has the line for its keys.
+    bench.model.tell("saved as rating 3");
+    bench.send(Msg::Passed(Duration::from_secs_f64(0.5)));
+    bench.press("?");
+    assert!(!footer(&bench).contains("rating 3"));
+    bench.press("esc");
     // What leaves no room for keys has the line alone.
     let long = "a message that is nearly as long as the line at the bottom of the screen is wide";
     bench.model.tell(long);

@@ -546,11 +546,8 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     let mut bench = open("rightturn");
     bench.press("space g g esc");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (1, 0));
-    assert!(
-        making::said(&bench).contains("Esc again cancels"),
-        "{}",
-        making::said(&bench)
-    );
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("Esc again cancels"), "{frame}");
     bench.press("esc");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (1, 1));
     assert!(bench.model.generation.under_way.is_none());
@@ -574,7 +571,7 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     bench.press("space g g space g g");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (2, 1));
     assert!(
-        making::said(&bench).contains("Esc Esc cancels"),
+        making::said(&bench).contains("generating"),
         "{}",
         making::said(&bench)
     );
@@ -636,7 +633,7 @@ fn a_saved_variant_has_its_original_beside_it_and_opens_it() {
     bench.press("space g v");
     let words = bench.frame(100, 60);
     for part in [
-        "survivable: a good driver avoids it",
+        "an ideal driver avoids it, with up to ",
         "a saved variant: ",
         "Space g o",
         "it passed the gate",

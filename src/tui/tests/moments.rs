@@ -487,7 +487,7 @@ fn the_chosen_planner_is_attacked() {
     assert_eq!(all.len(), 2, "{}", super::making::said(&bench));
     assert_eq!(all[1].1.planner, 1);
     assert!(
-        super::making::said(&bench).contains("ego planned by lab with"),
+        super::making::said(&bench).contains("against lab"),
         "{}",
         super::making::said(&bench)
     );
@@ -667,7 +667,7 @@ fn disagreements_are_marked_and_found_one_after_the_other() {
             .last()
             .unwrap()
             .text
-            .starts_with("1 of 2: lab/wrong says no")
+            .starts_with("difference 1 of 2: lab/wrong says no")
     );
     bench.press("g shift-d");
     assert_eq!(
@@ -728,4 +728,31 @@ fn the_picture_at_200_by_60() {
     bench.press("home g shift-d space p h");
     bench.model.toasts.clear();
     insta::assert_snapshot!(timeline(&bench, 200, 60).join("\n"));
+}
+
+#[test]
+fn a_contact_is_shown_whole_and_large_whoever_is_picked() {
+    let mut bench = Bench::bundled();
+    let opened = bench.model.opened.clone().unwrap();
+    let contact = *opened.contact().expect("the first scenario collides");
+    let other = { opened.ranking.iter() }.find(|id| **id != contact.obstacle);
+    bench.model.picked = other.copied();
+    bench.model.clock.go(contact.step);
+    let moment = bench.model.moment().unwrap();
+    for (columns, rows) in [(26_u16, 10_u16), (41, 8), (78, 32)] {
+        let camera = bench.model.camera_of((columns, rows), &moment);
+        assert!(camera.cell < 0.9, "{columns}×{rows}: {}", camera.cell);
+        let frame = camera.frame(moment.ego());
+        for on in [On::Ego, On::Obstacle(contact.obstacle)] {
+            let body = moment.opened.body_of(on, contact.step).unwrap();
+            for corner in body.outlines().concat() {
+                let at = frame.to_local(&corner);
+                assert!(at.x.abs() * 2.0 < camera.row() * f64::from(rows), "{on:?}");
+                assert!(
+                    at.y.abs() * 2.0 < camera.cell * f64::from(columns),
+                    "{on:?}"
+                );
+            }
+        }
+    }
 }

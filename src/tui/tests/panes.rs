@@ -288,6 +288,7 @@ fn more_room_shows_more_panes() {
     assert_eq!(count((60, 24)), 3, "and the timeline");
     assert_eq!(count((100, 20)), 4, "and the reasoning");
     assert_eq!(count((80, 24)), 5, "and the plot");
+    assert_eq!(count((100, 30)), 6, "and what of the list is open");
     assert_eq!(count((160, 24)), 6, "and the list");
     assert_eq!(count((160, 40)), 7, "and the prompt");
     // The list is no wider than what it can say, the map has the rest.

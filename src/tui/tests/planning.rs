@@ -755,7 +755,7 @@ fn the_list_keeps_what_was_computed_where_no_ego_is_recorded() {
     }
     let count = bench.model.list.rows.len();
     let frame = bench.frame(200, 60);
-    let words = format!("no ego recorded in {count}: Space e p plans one");
+    let words = format!("no ego in {count}: Space e p plans one");
     assert!(frame.contains(&words), "{frame}");
     // Sorting says why it has nothing to sort.
     bench.press("space l s");
@@ -788,6 +788,6 @@ fn the_list_keeps_what_was_computed_where_no_ego_is_recorded() {
         .find(|line| line.contains(&entry.name))
         .unwrap();
     assert!(row.contains(" planned "), "{row}");
-    let left = format!("no ego recorded in {}: ", count - 1);
+    let left = format!("no ego in {}: ", count - 1);
     assert!(frame.contains(&left), "{frame}");
 }

@@ -240,7 +240,7 @@ fn without_an_ego_only_thresholds_are_shown() {
     bench.press("space o v");
     let frame = bench.frame(100, 30);
     assert!(
-        frame.contains("no values without an ego") && frame.contains("thresholds"),
+        frame.contains("no values: no scenario is open") && frame.contains("thresholds"),
         "{frame}"
     );
 }

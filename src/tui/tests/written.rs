@@ -333,7 +333,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     bench.send(bench::generated(id, written(&wish)));
     assert_eq!(made(&bench).by, "lab/small");
     assert!(bench.model.variant().unwrap().changed);
-    assert!(said(&bench.model).starts_with("variant: 306 given a new motion, collision"));
+    assert!(said(&bench.model).starts_with("variant: 306, collision"));
     assert!(matches!(job(&bench).state, JobState::Done(_)));
     assert_eq!(bench.model.jobs.asking(), 0);
     // It is shown again, and then asked anew.
@@ -405,7 +405,7 @@ fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
     assert_eq!(count(&bench), 1);
     let words = said(&bench.model);
     assert!(
-        words.contains("m chooses a model, Space g g searches without one"),
+        words.contains("m chooses a model, Space g g searches"),
         "{words}"
     );
 }

@@ -12,7 +12,7 @@ use crate::features::scenarios::tags::ScenarioTags;
 use crate::features::{self, Screens, map, plot};
 use crate::keymap::{Code, Key};
 use crate::message::{Effect, Msg, Reloaded};
-use crate::model::{Glyphs, Model};
+use crate::model::{Glyphs, Model, Notice, Toast};
 use crate::session::restore;
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::Config;
@@ -139,7 +139,14 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         return actions::interrupt(model);
     }
     let (begun, stopping) = (model.quit_within, model.stop_within);
+    let windows = |model: &Model| model.screens.iter().count() + usize::from(model.compare.open);
+    let open = windows(model);
     let effects = other_key(model, key);
+    if windows(model) > open {
+        // What was said before may recommend the very window, and its keys need the line.
+        let stays = |toast: &Toast| toast.kind == Notice::Error || toast.shown <= 0.0;
+        model.toasts.retain(stays);
+    }
     model.look.repeat = None;
     // Any other key cancels a pending quit.
     if model.quit_within == begun {

@@ -92,17 +92,17 @@ const WAITS: usize = 40;
 /// How far the search for an attack is, and the key that cancels it.
 fn searching(model: &Model, width: u16) -> Option<Hint> {
     let search = model.generation.under_way.as_ref()?;
-    let mut words = format!("cancel · {}", working_words(search.at, width >= WIDE));
+    let key = model.look.key(Action::Cancel);
+    // The first press only asks.
+    let (keys, cancel) = if model.stop_within > 0.0 {
+        (key, "again cancels")
+    } else {
+        (format!("{key} {key}"), "cancel")
+    };
+    let mut words = format!("{cancel} · {}", working_words(search.at, width >= WIDE));
     if let Some(why) = search.waits.as_ref().filter(|_| width >= WIDE) {
         words.push_str(&format!(" · {}", fit(&visible(why), WAITS)));
     }
-    let key = model.look.key(Action::Cancel);
-    // The first press only asks.
-    let keys = if model.stop_within > 0.0 {
-        key
-    } else {
-        format!("{key} {key}")
-    };
     Some((keys, words))
 }
 

@@ -285,6 +285,9 @@ fn led_to(opened: &Opened, outcome: &Outcome) -> String {
     let changed = opened.variant.as_ref().filter(|shown| shown.changed);
     match changed.map(|shown| shown.made.effect.consequence) {
         Some(near @ Consequence::NearMiss) => consequence_words(&near).into(),
+        _ if matches!(outcome, Outcome::Goal(_)) && opened.seconds() <= 0.0 => {
+            "goal reached at the start".into()
+        }
         _ => in_short(outcome),
     }
 }

@@ -23,6 +23,8 @@ const NARROWEST: u16 = 50;
 
 /// Columns of the bottom line that keys keep beside a message; where they would have fewer, it has the whole line.
 const KEYS: u16 = 24;
+/// The same while an attack is searched for: how far that is, and how to cancel.
+const SEARCH: u16 = 72;
 
 /// The message at the bottom of the screen.
 pub struct BottomMessage {
@@ -53,16 +55,14 @@ pub fn message(model: &Model, columns: u16) -> Option<BottomMessage> {
     }
     let widest = lines.iter().map(|line| line.width()).max().unwrap_or(0);
     let wanted = u16::try_from(widest + 2).unwrap_or(u16::MAX);
-    // While an attack is searched for, the line of keys says how far and how to cancel.
-    let above = model.generation.under_way.is_some();
-    let leaves_keys = lines.len() == 1 && (above || columns.saturating_sub(wanted) >= KEYS);
+    let searching = model.generation.under_way.is_some();
+    let keys = if searching { SEARCH } else { KEYS };
+    let beside = lines.len() == 1 && columns.saturating_sub(wanted) >= keys;
+    let above = searching && !beside;
+    let whole = lines.len() > 1 || !(beside || above);
     Some(BottomMessage {
         lines,
-        columns: if leaves_keys {
-            wanted.min(columns)
-        } else {
-            columns
-        },
+        columns: if whole { columns } else { wanted.min(columns) },
         above,
     })
 }

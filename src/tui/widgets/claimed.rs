@@ -2,8 +2,11 @@
 
 use std::ops::Range;
 
+use ratatui::Frame;
+use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
-use ratatui::text::{Line, Span};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::model::counted;
 use crate::theme::Theme;
@@ -69,7 +72,7 @@ pub fn marked(
             }
             let plain = piece.span.style;
             spans.extend(underlined(&part(from, first), from, plain, marks.unread));
-            spans.push(Span::styled(part(first, last), style));
+            spans.push(Span::styled(unbroken(&part(first, last)), style));
             if Some(last) == *shown_end {
                 spans.push(Span::styled(
                     sign,
@@ -87,6 +90,34 @@ pub fn marked(
     }
     spans.retain(|span| !span.content.is_empty());
     Line::from(spans)
+}
+
+/// A blank at which no line is broken.
+const NO_BREAK: &str = "\u{a0}";
+
+/// The words of a claim with its unit, and so its sign, on the line of its number.
+fn unbroken(words: &str) -> String {
+    let mut joined = String::with_capacity(words.len());
+    for c in words.chars() {
+        match c {
+            ' ' if joined.ends_with(|c: char| c.is_ascii_digit()) => joined.push_str(NO_BREAK),
+            _ => joined.push(c),
+        }
+    }
+    joined
+}
+
+/// Draws lines that [`marked`] made, from a row on. What is copied from the screen has plain blanks.
+pub fn render(f: &mut Frame<'_>, area: Rect, lines: Vec<Line<'_>>, above: usize) {
+    let words = Paragraph::new(Text::from(lines)).wrap(Wrap { trim: false });
+    let above = u16::try_from(above).unwrap_or(u16::MAX);
+    f.render_widget(words.scroll((above, 0)), area);
+    let buffer = f.buffer_mut();
+    for at in area.intersection(buffer.area).positions() {
+        if buffer[at].symbol() == NO_BREAK {
+            buffer[at].set_symbol(" ");
+        }
+    }
 }
 
 /// A part of the text from a byte on, underlined where it was not understood.
@@ -130,47 +161,35 @@ pub fn summary(claims: &[CheckedClaim], unread: usize) -> String {
         (count, 0) => format!("{count} {word}: {}", counts(claims)),
         (0, _) => format!("no claim checked, {unread} not understood"),
         (count, _) => {
-            let (right, wrong, open) = counted(claims);
-            let parts = [(right, "= right"), (wrong, "≠ wrong"), (open, "? open")];
-            let known = parts.into_iter().filter(|(count, _)| *count > 0);
-            let words: Vec<String> = known
-                .map(|(count, word)| format!("{count} {word}"))
-                .collect();
-            format!(
-                "{count} checked: {}; {unread} not understood",
-                words.join(", ")
-            )
+            let known = parts(claims, [" ≠ wrong", " = right", " ? open"]).join(", ");
+            format!("{count} checked: {known}; {unread} not understood")
         }
     }
 }
 
-/// How many claims hold, how many do not, and how many cannot be told.
-#[must_use]
-pub fn counts(claims: &[CheckedClaim]) -> String {
-    let (right, wrong, unknown) = counted(claims);
+/// How many claims do not hold, how many do, and how many cannot be told.
+fn counts(claims: &[CheckedClaim]) -> String {
+    let (right, ..) = counted(claims);
     if !claims.is_empty() && right == claims.len() {
         return "all = right".into();
     }
-    let parts = [(right, "= right"), (wrong, "≠ wrong"), (unknown, "? open")]
-        .into_iter()
-        .filter(|(count, _)| *count > 0);
-    let parts: Vec<String> = parts
-        .map(|(count, word)| format!("{count} {word}"))
-        .collect();
-    parts.join(", ")
+    parts(claims, [" ≠ wrong", " = right", " ? open"]).join(", ")
 }
 
-/// The same in few columns: `2= 1≠ 2?`.
+/// The same in few columns: `1≠ 2= 2?`.
 #[must_use]
 pub fn short_counts(claims: &[CheckedClaim]) -> String {
-    let (right, wrong, unknown) = counted(claims);
-    let parts = [(right, "="), (wrong, "≠"), (unknown, "?")]
-        .into_iter()
-        .filter(|(count, _)| *count > 0);
-    let parts: Vec<String> = parts
-        .map(|(count, sign)| format!("{count}{sign}"))
-        .collect();
-    parts.join(" ")
+    parts(claims, ["≠", "=", "?"]).join(" ")
+}
+
+/// The counts that are not 0, each before its word: of wrong claims, right ones and open ones.
+fn parts(claims: &[CheckedClaim], words: [&str; 3]) -> Vec<String> {
+    let (right, wrong, open) = counted(claims);
+    let all = [wrong, right, open].into_iter().zip(words);
+    let known = all.filter(|(count, _)| *count > 0);
+    known
+        .map(|(count, word)| format!("{count}{word}"))
+        .collect()
 }
 
 #[cfg(test)]
@@ -216,7 +235,13 @@ mod tests {
         };
         let mut reading = Reading::answer();
         reading.follow(document, &marks, 40, &theme);
-        assert_eq!(reading.rows_of_claims(2), [1, 3]);
+        let row = |claim: &CheckedClaim, reading: &Reading| {
+            reading.row_of(claim.claim.span.end, &marks, &theme)
+        };
+        assert_eq!(
+            claims.each_ref().map(|c| row(c, &reading)),
+            [Some(1), Some(3)]
+        );
         let (lines, _) = reading.seen(0, 9, &marks, &theme);
         let shown: Vec<String> = lines.iter().map(ToString::to_string).collect();
         assert_eq!(
@@ -225,16 +250,39 @@ mod tests {
         );
         let picked = lines[3].spans.iter().find(|s| s.content == "left");
         assert!(picked.is_some_and(|s| s.style.add_modifier.contains(Modifier::REVERSED)));
-        assert_eq!(summary(&claims, 0), "2 claims: 1 = right, 1 ≠ wrong");
+        assert_eq!(summary(&claims, 0), "2 claims: 1 ≠ wrong, 1 = right");
         assert_eq!(
             summary(&claims, 3),
-            "2 checked: 1 = right, 1 ≠ wrong; 3 not understood"
+            "2 checked: 1 ≠ wrong, 1 = right; 3 not understood"
         );
         assert_eq!(summary(&[], 1), "no claim checked, 1 not understood");
-        assert_eq!(short_counts(&claims), "1= 1≠");
+        assert_eq!(short_counts(&claims), "1≠ 1=");
         assert_eq!(
             line(&claims[0], &theme).to_string(),
             "≠ 7: claimed behind, actual front (direction, step 3)"
+        );
+        // Where a line is broken, the row is that of the claim.
+        reading.follow(document, &marks, 9, &theme);
+        assert_eq!(row(&claims[0], &reading), Some(2));
+        assert_eq!(unbroken("-12.69 m"), "-12.69\u{a0}m");
+        assert_eq!(unbroken("in front"), "in front");
+        // What is right says why where its words are others.
+        let beside = CheckedClaim {
+            is: "contact".into(),
+            judgement: Judgement::Right,
+            ..claims[0].clone()
+        };
+        assert_eq!(
+            line(&beside, &theme).to_string(),
+            "= 7: claimed behind, actual contact, its centre behind (direction, step 3)"
+        );
+        let told = CheckedClaim {
+            basis: ClaimBasis::Paper,
+            ..beside
+        };
+        assert_eq!(
+            line(&told, &theme).to_string(),
+            "= 7: claimed behind, actual contact, behind in the paper's convention (direction, step 3)"
         );
     }
 }

@@ -10,6 +10,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::model::{Extent, Model, Pane};
 use crate::theme::Theme;
+use crate::widgets::claimed;
 use crate::widgets::long_text::{MarkedClaims, Reading, height};
 use crate::widgets::words::pad;
 
@@ -122,11 +123,8 @@ pub fn page(
             PageSection::Line(line) => height(line.clone(), inner.width),
             PageSection::Text(reading, text, marks) => {
                 reading.follow(text, marks, inner.width, theme);
-                if !marks.claims.is_empty() {
-                    let rows = reading.rows_of_claims(marks.claims.len());
-                    model
-                        .drawn
-                        .set_claims(rows.into_iter().map(|row| row + lines));
+                if pane == Pane::Reasoning {
+                    model.drawn.set_before_text(lines);
                 }
                 reading.rows()
             }
@@ -153,9 +151,7 @@ pub fn page(
         }
         seen.extend(some);
     }
-    let words = Paragraph::new(Text::from(seen)).wrap(Wrap { trim: false });
-    let above = u16::try_from(above).unwrap_or(u16::MAX);
-    frame.render_widget(words.scroll((above, 0)), inner);
+    claimed::render(frame, inner, seen, above);
     bar(frame, area, model, pane, extent);
     extent
 }

@@ -50,12 +50,7 @@ pub fn fit_end(text: &str, width: usize) -> String {
 /// The same, cut in its middle: of names that begin alike the end tells them apart, of others the beginning.
 #[must_use]
 pub fn fit_middle(text: &str, width: usize) -> String {
-    fit_around(text, width, width.saturating_sub(1) / 2)
-}
-
-/// The same with so many columns of its end.
-#[must_use]
-pub fn fit_around(text: &str, width: usize, end: usize) -> String {
+    let end = width.saturating_sub(1) / 2;
     let text = visible(text).replace(['\n', '\t'], " ");
     if text.width() <= width {
         return text;

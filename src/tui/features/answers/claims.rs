@@ -6,7 +6,7 @@ use crate::model::{Column, Document, Model, Pane, ShownAnswer};
 use crate::request::Computation;
 use crate::update::opening;
 use nearmiss_scene::scenario::Scene;
-use nearmiss_study::evaluation::claims::{Subject, checked, not_understood};
+use nearmiss_study::evaluation::claims::{Claim, Subject, checked, not_understood};
 use std::sync::Arc;
 
 /// Requests the claims of the complete answers on the screen, once for each.
@@ -43,17 +43,11 @@ pub fn request(model: &mut Model) -> Vec<CheckClaims> {
 
 /// Picks the next claim of the reasoning, or the one before, and scrolls to it.
 pub fn read_on(model: &mut Model, forward: bool) {
-    let unfolded = model.reading.unfold || model.reading.raw;
-    let Some(place) = go(model, model.answers.shown, forward) else {
+    let picked = go(model, model.answers.shown, forward);
+    let Some(row) = picked.and_then(|picked| picked.row) else {
         return;
     };
-    let Some(row) = model.drawn.claim(place) else {
-        return;
-    };
-    let lines = || folded_line(model, model.answers.shown, place);
-    let folded = if unfolded { None } else { lines() }.unwrap_or(0);
-    // JSON that was folded when it was last drawn is unfolded now.
-    let row = row + folded;
+    let row = model.drawn.before_text() + row;
     let extent = model.drawn.extent(Pane::Reasoning);
     if row < extent.top || row + BELOW >= extent.top + extent.rows {
         model.answers.scroll = Some(row.saturating_sub(extent.rows / 3));
@@ -63,24 +57,23 @@ pub fn read_on(model: &mut Model, forward: bool) {
 /// Rows that the words on the picked claim may take below the text, and a line that is wrapped.
 const BELOW: usize = 4;
 
-/// How many lines into JSON that folds a claim is.
-fn folded_line(model: &Model, shown: ShownAnswer, place: usize) -> Option<usize> {
-    let document = model.document(shown)?;
-    let claims = model.claims.get(document.key);
-    let at = claims.get(place)?.claim.span.start;
-    document.folded_line(at)
+/// A claim that was picked.
+pub struct PickedClaim {
+    pub claim: Claim,
+    /// The row of the answer's text in which it ends; `None` where that was not drawn.
+    pub row: Option<usize>,
 }
 
 /// Picks the next claim of an answer, the wrong ones first, or the one before: its obstacle is picked on the map, and the
-/// clock goes to its step. Gives its place.
-pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize> {
+/// clock goes to its step.
+pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<PickedClaim> {
     let document = model.document(shown)?;
     let claims = model.claims.get(document.key);
     if claims.is_empty() {
         model.say(if !document.complete {
             "the answer is still streaming"
         } else if model.claims.is_known(document.key) {
-            "no claims about obstacles were found in this answer"
+            "this answer has no claims"
         } else {
             "checking the claims of this answer…"
         });
@@ -99,22 +92,36 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize>
         Some(now) => (now + count - more) % count,
     };
     let (place, _) = listed[next];
-    let claim = &claims[place];
-    let (obstacle, step) = (claim.claim.obstacle, claim.step);
+    let (claim, step) = (claims[place].claim.clone(), claims[place].step);
+    let in_json = document.folded_line(claim.span.start);
+    // JSON that was folded when it was last drawn is unfolded now.
+    let folded = match in_json {
+        Some(lines) if !(model.reading.unfold || model.reading.raw) => lines,
+        _ => 0,
+    };
+    let row = row(model, shown, &document, claim.span.end).map(|row| row + folded);
     opening::leave_place(model);
-    model.picked = Some(obstacle);
+    model.picked = Some(claim.obstacle);
     model.clock.playing = false;
     if model.clock.step() != step {
         model.clock.go(step);
         timeline::stepped(model);
     }
-    if folded_line(model, shown, place).is_some() {
+    if in_json.is_some() {
         model.reading.unfold = true;
     }
     // The built-in judge's text may be another one at another step.
     let key = model.document(shown).map_or(document.key, |d| d.key);
     model.claims.picked = Some((key, place));
-    Some(place)
+    Some(PickedClaim { claim, row })
+}
+
+/// The row of an answer's text, as it was drawn last, in which what ends at a byte ends.
+pub fn row(model: &Model, shown: ShownAnswer, document: &Document, end: usize) -> Option<usize> {
+    let marks = model.claims.marks(document.key);
+    let mut readings = model.drawn.readings.borrow_mut();
+    let reading = readings.answer(shown);
+    reading.row_of(end, &marks, &model.theme)
 }
 
 /// Claims of an answer, checked against the scene.

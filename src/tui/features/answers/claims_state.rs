@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::model::{Model, ShownAnswer};
-use crate::widgets::long_text::folded_line;
+use crate::widgets::long_text::{MarkedClaims, folded_line};
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, TimeOrigin, shown_text};
 
 /// Claims that are known, by what they were found in.
@@ -164,6 +164,17 @@ impl Claims {
     pub fn take(&mut self, key: u64, claims: TextClaims) {
         if let Some((_, place)) = self.known.iter_mut().find(|(known, _)| *known == key) {
             *place = Some(claims);
+        }
+    }
+
+    /// What is marked in a text.
+    #[must_use]
+    pub fn marks(&self, key: u64) -> MarkedClaims<'_> {
+        MarkedClaims {
+            claims: self.get(key),
+            key,
+            picked: self.picked_of(key),
+            unread: self.unread(key),
         }
     }
 

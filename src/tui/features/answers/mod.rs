@@ -63,18 +63,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         return Vec::new();
     }
     let Some(question) = model.prompt.question.clone() else {
-        let why = model
-            .opened
-            .as_ref()
-            .and_then(|o| o.no_ego.as_ref())
-            .map_or("no scenario is open".to_string(), ToString::to_string);
-        let (pick, take) = (
-            model.look.key(Action::NextObstacle),
-            model.look.key(Action::TakeAsEgo),
-        );
-        model.say(format!(
-            "cannot ask: {why}; {pick} picks an obstacle, {take} makes it the ego"
-        ));
+        model.say(format!("cannot ask: {}", model.without_ego()));
         return Vec::new();
     };
     let id = JobId(model.new_id());
@@ -268,13 +257,15 @@ fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) 
         match result {
             Ok(answer) => {
                 model.answers.reference_ms = answer.consumed.duration_ms;
-                let run = match (answer.run, &answer.past) {
+                // The tour keeps nothing.
+                let run = answer.run.filter(|_| model.tour.is_none());
+                let run = match (run, &answer.past) {
                     (None, _) => "not saved".into(),
                     (Some(run), None) => format!("saved as run {run}"),
                     (Some(run), Some(_)) => format!("the same as stored run {run}"),
                 };
                 let word = answer.verdict_label();
-                model.tell(format!("{}: {word}, {run}", judge::MODEL));
+                model.tell(format!("built-in judge: {word}, {run}"));
             }
             Err(error) => model.complain(error),
         }

@@ -55,8 +55,23 @@ impl Assessment {
     }
 }
 
+/// The score that a verdict states of the obstacle that matters most to it, and the exact one.
+#[must_use]
+pub fn foremost_scores(verdict: &Verdict, truth: &Verdict) -> Option<(u8, u8)> {
+    let (id, score) = verdict.foremost()?;
+    score.zip(Assessment::of(truth, id)?.score)
+}
+
+/// Whether the obstacle that matters most to a verdict is one of those of the truth; `None` where one of them says no.
+#[must_use]
+pub fn names_right(verdict: &Verdict, truth: &Verdict) -> Option<bool> {
+    let (id, _) = verdict.foremost()?;
+    let is_foremost = truth.foremost().map(|(id, _)| id) == Some(id);
+    (truth.dangerous && verdict.dangerous).then(|| is_foremost || truth.danger().contains(&id))
+}
+
 /// The verdict that an answer is held against: the exact one of the same window.
-fn exact<'a>(model: &'a Model, column: &'a Column) -> Option<&'a Verdict> {
+pub fn exact<'a>(model: &'a Model, column: &'a Column) -> Option<&'a Verdict> {
     let reference = model.answers.reference.as_ref().map(|r| &r.verdict);
     let truth = column.truth_or(reference)?;
     // That of the safety task is about a window.
@@ -120,6 +135,12 @@ pub fn color(theme: &Theme, column: usize) -> Color {
 #[must_use]
 pub fn letter(column: usize) -> Option<char> {
     ('a'..='z').nth(column)
+}
+
+/// A model's id without the provider.
+#[must_use]
+pub fn bare(id: &str) -> &str {
+    id.split_once('/').map_or(id, |(_, model)| model)
 }
 
 /// The table's lines of these obstacles, for the answers in sight with the columns that each and the built-in judge take.
@@ -241,7 +262,7 @@ impl Model {
         };
         Some(format!(
             "{} says {id}: {}; exact: {}",
-            column.model,
+            bare(&column.model),
             words(said),
             words(exact)
         ))

@@ -33,12 +33,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let document = model.document(model.answers.shown);
     let marks = document
         .as_ref()
-        .map_or_else(MarkedClaims::default, |d| MarkedClaims {
-            claims: model.claims.get(d.key),
-            key: d.key,
-            picked: model.claims.picked_of(d.key),
-            unread: model.claims.unread(d.key),
-        });
+        .map_or_else(MarkedClaims::default, |d| model.claims.marks(d.key));
     let inner = claims(f, inner, model, &marks);
     let mut readings = model.drawn.readings.borrow_mut();
     let said = document.as_ref().map(|document| {
@@ -87,13 +82,14 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_
     }
     let line = match picked {
         Some(claim) => claimed::line(claim, &model.theme),
-        None => Line::styled(
-            format!(
-                "{} · ( ) step through",
-                claimed::summary(claims, marks.unread.len())
-            ),
-            Style::new().fg(model.theme.dim),
-        ),
+        None => {
+            let summary = claimed::summary(claims, marks.unread.len());
+            let with_keys = format!("{summary} · ( ) next");
+            // The keys take no row of their own.
+            let alone = (summary.width()..with_keys.width()).contains(&usize::from(inner.width));
+            let words = if alone { summary } else { with_keys };
+            Line::styled(words, Style::new().fg(model.theme.dim))
+        }
     };
     let words = Paragraph::new(line).wrap(Wrap { trim: true });
     let rows = u16::try_from(words.line_count(inner.width))
@@ -123,7 +119,12 @@ fn unjudged(model: &Model) -> Vec<PageSection<'static>> {
 
 fn why_unjudged(model: &Model) -> String {
     if model.scene().is_none() {
-        return format!("nothing to judge yet: {}", model.without_ego());
+        // How to get an ego, the verdicts say.
+        return if model.awaits_ego() {
+            format!("nothing to judge yet: {}", model.without_ego())
+        } else {
+            "nothing to judge without an ego".into()
+        };
     }
     format!(
         "the built-in judge does not answer the {} task: {} chooses a language model, {} asks it",

@@ -1,6 +1,7 @@
 //! Full-screen comparison: fields, texts with their claims, and the map of the picked claim.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use nearmiss_scene::judge;
 use ratatui::Frame;
@@ -14,13 +15,81 @@ use crate::action::{Action, Scope};
 use crate::features::compare::fields::Field;
 use crate::features::map::draw;
 use crate::layout::ScreenAreas;
-use crate::model::{Column, Extent, Model, ShownAnswer};
-use crate::widgets::long_text::MarkedClaims;
+use crate::model::{Column, Document, Extent, Model, Readings, ShownAnswer};
+use crate::widgets::claimed;
+use crate::widgets::long_text::{MarkedClaims, Reading};
 use crate::widgets::window::more_lines;
 use crate::widgets::words::{fit_end, whole_parts};
 
 /// Rows of the screen from which on the map has room.
 const MAP_FROM: u16 = 34;
+
+/// Rows of the map at least, and of the claims where there is none, their borders included.
+const LEAST: (u16, u16) = (12, 5);
+
+/// The fields of the answers in sight.
+struct Table {
+    fields: Vec<Vec<Field>>,
+    /// The rows in which they differ.
+    differ: Vec<bool>,
+    /// The rows that are the same for all.
+    same: Vec<bool>,
+    /// What these say.
+    common: Option<Line<'static>>,
+}
+
+impl Table {
+    fn new(model: &Model, width: u16) -> Self {
+        let seen = model.compare.shown[model.seen_side_by_side()].iter();
+        let fields: Vec<Vec<Field>> = seen.map(|s| super::fields::fields(model, *s)).collect();
+        let same = super::fields::equal_rows(&fields);
+        Self {
+            differ: super::fields::differing(&fields),
+            common: super::fields::common(model, &fields, &same, width),
+            same,
+            fields,
+        }
+    }
+
+    /// Rows around the texts: borders, fields, a rule, and what is the same for all.
+    fn rows(&self) -> usize {
+        let fields = self.same.iter().filter(|same| !**same).count();
+        3 + fields + usize::from(self.common.is_some())
+    }
+}
+
+/// Rows of the band below: what the texts leave, within what map and claims need and can use.
+fn band_rows(body: Rect, model: &Model, table: &Table) -> u16 {
+    let compare = &model.compare;
+    let seen = &compare.shown[model.seen_side_by_side()];
+    let rows = |rows: usize| u16::try_from(rows).unwrap_or(u16::MAX);
+    let claims = seen.iter().filter_map(|shown| {
+        let key = model.document(*shown).filter(|_| !compare.hides())?.key;
+        // The borders, and what is right, in two lines.
+        Some(model.claims.listed(key).len() + model.claims.unread(key).len() + 4)
+    });
+    let claims = rows(claims.max().unwrap_or(0));
+    let (least, most) = if body.height >= MAP_FROM {
+        let least = claims.max(LEAST.0).min(body.height / 3);
+        (least, body.height / 2)
+    } else {
+        (LEAST.1, claims.min(body.height / 2).max(LEAST.1))
+    };
+    // What still arrives needs room.
+    if seen.iter().any(|shown| super::is_running(model, *shown)) {
+        return least;
+    }
+    let areas = column_areas(body, seen.len());
+    let texts = seen.iter().zip(areas.iter());
+    let texts = texts.map(|(shown, area)| text_rows(model, *shown, area.width.saturating_sub(2)));
+    let needed = table.rows() + texts.max().unwrap_or(0);
+    body.height.saturating_sub(rows(needed)).clamp(least, most)
+}
+
+fn column_areas(area: Rect, count: usize) -> std::rc::Rc<[Rect]> {
+    let share = Constraint::Ratio(1, u32::try_from(count).unwrap_or(1).max(1));
+    Layout::horizontal(vec![share; count]).split(area)
+}
 
 pub fn draw(f: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
     let compare = &model.compare;
@@ -30,17 +99,14 @@ pub fn draw(f: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
         height: parts.footer.y.saturating_sub(parts.header.bottom()),
         ..parts.header
     };
-    let band = if body.height >= MAP_FROM {
-        body.height / 3
-    } else {
-        5
-    };
+    let table = Table::new(model, body.width);
+    let band = band_rows(body, model, &table);
     let [upper, band] =
         Layout::vertical([Constraint::Min(0), Constraint::Length(band)]).areas(body);
     if compare.shown.is_empty() {
         nothing(f, upper, model);
     } else {
-        columns(f, upper, model);
+        columns(f, upper, model, &table);
     }
     if body.height >= MAP_FROM {
         let [left, right] =
@@ -75,22 +141,34 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
         "scroll linked"
     };
     let (shown, seen) = (compare.shown.len(), model.seen_side_by_side());
+    let columns = if seen.len() < shown {
+        format!("columns {}–{} of {shown}", seen.start + 1, seen.end)
+    } else {
+        String::new()
+    };
     let all = match compare.blind {
         Some(_) => complete(model).count(),
-        None => model.comparable().len(),
+        None => model.answers.columns.len(),
     };
-    let left = match shown {
+    let has_judge = compare.shown.contains(&ShownAnswer::Reference);
+    let answers = match shown - usize::from(has_judge) {
         0 => String::new(),
-        _ if seen.len() < shown => {
-            let (first, last) = (seen.start + 1, seen.end);
-            format!("{all} answers, {first}–{last} of {shown} shown")
-        }
         1 if all == 1 => "1 answer".into(),
-        _ => format!("{all} answers, {shown} shown"),
+        n if n == all => format!("{all} answers"),
+        n => format!("{n} of {all} answers"),
     };
+    let judge = if has_judge { judge::NAME } else { "" };
     let step = format!("step {}", model.clock.step());
     let room = usize::from(area.width).saturating_sub(mode.len());
-    let parts = [name, model.task.name(), &left, &step, scrolling];
+    let parts = [
+        name,
+        model.task.name(),
+        &columns,
+        &answers,
+        judge,
+        &step,
+        scrolling,
+    ];
     let words = whole_parts(parts, room);
     let line = Line::from(vec![
         Span::styled(mode, bold),
@@ -152,41 +230,41 @@ fn too_few(model: &Model, wanted: usize) -> String {
 }
 
 /// As many columns as fit, the one that has the keys among them.
-fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
-    let compare = &model.compare;
-    let all: Vec<Vec<Field>> = compare
-        .shown
-        .iter()
-        .map(|s| super::fields::fields(model, *s))
-        .collect();
-    let differ = super::fields::differing(&all);
-    let same = super::fields::equal_rows(&all);
-    let fields = all.first().map_or(&[][..], Vec::as_slice);
-    let common = super::fields::common(model, fields, &same, area.width);
+fn columns(f: &mut Frame<'_>, area: Rect, model: &Model, table: &Table) {
+    let common = &table.common;
     let [above, area] = Layout::vertical([
         Constraint::Length(u16::from(common.is_some())),
         Constraint::Min(0),
     ])
     .areas(area);
-    f.render_widget(common.unwrap_or_default(), above);
+    f.render_widget(common.clone().unwrap_or_default(), above);
     let seen = model.seen_side_by_side();
-    let areas =
-        Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
-    for (place, fields) in all.iter().enumerate() {
-        match place.checked_sub(seen.start).and_then(|i| areas.get(i)) {
-            Some(area) if seen.contains(&place) => {
-                // The first one in sight has the names of the rows.
+    let areas = column_areas(area, seen.len());
+    for place in 0..model.compare.shown.len() {
+        let in_sight = place.checked_sub(seen.start);
+        match in_sight.and_then(|i| Some((areas.get(i)?, table.fields.get(i)?))) {
+            Some((area, fields)) => {
+                // The first one in sight has the names of the rows, and the legend.
                 let named = place == seen.start;
-                let rows = super::fields::lines(model, fields, named, &differ, &same);
-                column(f, *area, model, place, rows);
+                let (differ, same) = (&table.differ, &table.same);
+                let rows = super::fields::lines(model, fields, named, differ, same);
+                let legend = named.then(|| super::fields::legend(&table.fields, differ));
+                column(f, *area, model, place, rows, &legend.unwrap_or_default());
             }
             // Those beside the screen keep their places.
-            _ => model.drawn.next_column(Extent::default(), Vec::new()),
+            None => model.drawn.next_column(Extent::default()),
         }
     }
 }
 
-fn column(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, rows: Vec<Line<'static>>) {
+fn column(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    place: usize,
+    rows: Vec<Line<'static>>,
+    legend: &str,
+) {
     let (compare, theme) = (&model.compare, &model.theme);
     let shown = compare.shown[place];
     let focused = place == compare.focus;
@@ -217,43 +295,74 @@ fn column(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, rows: Vec<
     f.render_widget(Text::from(rows), upper);
     let line = "─".repeat(usize::from(rule.width));
     f.render_widget(Line::styled(line, Style::new().fg(border)), rule);
+    if !legend.is_empty() {
+        let words = Line::styled(format!(" {legend} "), Style::new().fg(theme.dim));
+        let width = u16::try_from(words.width()).unwrap_or(u16::MAX);
+        let row = Rect {
+            x: rule.x + 1,
+            width: width.min(rule.width.saturating_sub(1)),
+            ..rule
+        };
+        f.render_widget(words, row.intersection(rule));
+    }
     body(f, lower, model, place, shown);
+}
+
+/// An answer as it is read, once it says something.
+fn said(model: &Model, shown: ShownAnswer) -> Option<Arc<Document>> {
+    let document = model.document(shown);
+    document.filter(|d| !d.text.trim().is_empty())
+}
+
+/// What is marked in an answer: until it is rated, no claims and their checks.
+fn marks<'m>(model: &'m Model, document: &Document) -> MarkedClaims<'m> {
+    if model.compare.hides() {
+        MarkedClaims::default()
+    } else {
+        model.claims.marks(document.key)
+    }
+}
+
+/// An answer laid out in so many columns of the terminal.
+fn laid_out<'r>(
+    model: &Model,
+    readings: &'r mut Readings,
+    shown: ShownAnswer,
+    document: &Document,
+    width: u16,
+) -> &'r mut Reading {
+    let reading = readings.answer(shown);
+    reading.show_as(model.reading_mode());
+    let safe = text(model, shown, &document.text);
+    reading.follow(&safe, &marks(model, document), width, &model.theme);
+    reading
+}
+
+/// Rows of an answer in so many columns of the terminal.
+fn text_rows(model: &Model, shown: ShownAnswer, width: u16) -> usize {
+    let mut readings = model.drawn.readings.borrow_mut();
+    said(model, shown).map_or(1, |document| {
+        laid_out(model, &mut readings, shown, &document, width).rows()
+    })
 }
 
 /// The text of an answer, from its line or at its end, with a word about what is below.
 fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: ShownAnswer) {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
-    let document = model.document(shown);
-    let Some(document) = document.filter(|d| !d.text.trim().is_empty()) else {
+    let Some(document) = said(model, shown) else {
         f.render_widget(Line::styled("no answer yet", dim), area);
         let extent = Extent {
             lines: 1,
             rows: usize::from(area.height),
             top: 0,
         };
-        return model.drawn.next_column(extent, Vec::new());
+        return model.drawn.next_column(extent);
     };
-    // Until they are rated, answers are shown without the checks of their claims.
-    let (claims, unread): (&[_], &[_]) = if model.compare.hides() {
-        (&[], &[])
-    } else {
-        let claims = model.claims.get(document.key);
-        (claims, model.claims.unread(document.key))
-    };
-    let marks = MarkedClaims {
-        claims,
-        key: document.key,
-        picked: model.claims.picked_of(document.key),
-        unread,
-    };
-    let safe = text(model, shown, &document.text);
+    let marks = marks(model, &document);
     let mut readings = model.drawn.readings.borrow_mut();
-    let reading = readings.answer(shown);
-    reading.show_as(model.reading_mode());
-    reading.follow(&safe, &marks, area.width, theme);
+    let reading = laid_out(model, &mut readings, shown, &document, area.width);
     let lines = reading.rows();
-    let claim_rows = reading.rows_of_claims(marks.claims.len());
     let height = usize::from(area.height);
     let last = lines.saturating_sub(height);
     let top = model
@@ -273,17 +382,12 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
             line.spans = marked.collect();
         }
     }
-    let words = Paragraph::new(Text::from(seen)).wrap(Wrap { trim: false });
-    let above = u16::try_from(above).unwrap_or(u16::MAX);
-    f.render_widget(words.scroll((above, 0)), area);
-    model.drawn.next_column(
-        Extent {
-            lines,
-            rows: height,
-            top,
-        },
-        claim_rows,
-    );
+    claimed::render(f, area, seen, above);
+    model.drawn.next_column(Extent {
+        lines,
+        rows: height,
+        top,
+    });
     let running = matches!(shown, ShownAnswer::Column(i) if model.answers.columns.get(i).is_some_and(Column::is_running));
     let below = lines.saturating_sub(top + height);
     if below > 0 && area.height > 1 {

@@ -3,6 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
+use crate::features::answers::obstacles::{exact, foremost_scores, names_right};
 use crate::features::answers::verdict::table::is_imported;
 use crate::model::{Model, Progress, ShownAnswer, parts};
 use crate::widgets::claimed;
@@ -17,13 +18,40 @@ use nearmiss_study::evaluation::{Answer, JudgeOutcome, consumption};
 pub struct Field {
     pub name: &'static str,
     pub value: String,
+    /// What is exact beside it: whether that is the same, and what it is where that is not clear.
+    pub exact: Option<(bool, String)>,
     pub color: Option<Color>,
     /// Whether it says what was judged: those differences count.
     pub counts: bool,
 }
 
+impl Field {
+    /// Its value, held against what is exact.
+    fn words(&self) -> String {
+        match &self.exact {
+            None => self.value.clone(),
+            Some((true, _)) => format!("{} =", self.value),
+            Some((false, exact)) => format!("{} ≠ {exact}", self.value).trim_end().into(),
+        }
+    }
+}
+
 /// Columns of the names.
 const LABEL: usize = 12;
+
+/// Behind the name of a row in which answers differ from each other.
+const DIFFERS: &str = "◆";
+
+/// What the signs in the rows mean.
+pub fn legend(all: &[Vec<Field>], differ: &[bool]) -> String {
+    let differ = differ
+        .contains(&true)
+        .then(|| format!("{DIFFERS} answers differ"));
+    let is_held = all.iter().flatten().any(|field| field.exact.is_some());
+    let exact = is_held.then(|| "= ≠ exact".to_string());
+    let parts: Vec<String> = differ.into_iter().chain(exact).collect();
+    parts.join(" · ")
+}
 
 /// The fields of an answer. While models are hidden, those that could tell them apart are left out for all.
 pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
@@ -33,6 +61,7 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         fields.push(Field {
             name,
             value: nearmiss_scene::description::visible(&value).into_owned(),
+            exact: None,
             color,
             counts,
         });
@@ -79,24 +108,9 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         };
         add("prompt", template.into(), None, false);
     }
-    let truth = match shown {
-        ShownAnswer::Column(place) => model
-            .answers
-            .columns
-            .get(place)
-            .map_or(reference, |c| c.truth_or(reference)),
-        ShownAnswer::Reference => None,
-    };
-    let word = match (verdict, truth) {
-        // Agreement with the built-in judge would bias the rating.
-        (Some(verdict), Some(truth)) if !hides => {
-            let same = verdict.dangerous == truth.dangerous;
-            let color = if same { theme.agree } else { theme.disagree };
-            let sign = if same { "=" } else { "≠" };
-            (format!("{} {sign}", verdict.word()), Some(color))
-        }
-        (Some(verdict), _) => (verdict.word().to_string(), None),
-        (None, _) => (says, Some(theme.warning)),
+    let word = match verdict {
+        Some(verdict) => (verdict.word().to_string(), None),
+        None => (says, Some(theme.warning)),
     };
     add("verdict", word.0, word.1, true);
     add("P(yes)", probability(verdict, hides), None, false);
@@ -130,6 +144,30 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         }
     });
     add("claims", claims, None, false);
+    let column = match shown {
+        ShownAnswer::Column(place) => model.answers.columns.get(place),
+        ShownAnswer::Reference => None,
+    };
+    let truth = column.and_then(|column| exact(model, column));
+    // Agreement with what is exact would bias the rating.
+    if let Some((verdict, truth)) = verdict.zip(truth).filter(|_| !hides) {
+        for field in &mut fields {
+            let (same, words) = match field.name {
+                "verdict" => (verdict.dangerous == truth.dangerous, String::new()),
+                "who" => match names_right(verdict, truth) {
+                    Some(right) => (right, String::new()),
+                    None => continue,
+                },
+                "risk" => match foremost_scores(verdict, truth) {
+                    Some((stated, exact)) => (stated == exact, exact.to_string()),
+                    None => continue,
+                },
+                _ => continue,
+            };
+            field.exact = Some((same, words));
+            field.color = Some(if same { theme.agree } else { theme.disagree });
+        }
+    }
     fields
 }
 
@@ -235,10 +273,9 @@ pub fn differing(all: &[Vec<Field>]) -> Vec<bool> {
     let Some(first) = all.first() else {
         return Vec::new();
     };
-    // The signs against the built-in judge, and probabilities in brackets, are not what is compared.
+    // Probabilities in brackets are not what is compared.
     let bare = |field: &Field| {
-        let value = field.value.trim_end_matches(['=', '≠', ' ']);
-        let plain = value.split('(').enumerate().map(|(i, part)| match i {
+        let plain = field.value.split('(').enumerate().map(|(i, part)| match i {
             0 => part,
             _ => part.split_once(')').map_or(part, |(_, rest)| rest),
         });
@@ -281,20 +318,31 @@ pub fn equal_rows(all: &[Vec<Field>]) -> Vec<bool> {
     };
     let is_same = |(row, field): (usize, &Field)| {
         let same =
-            |o: &Field| o.value == field.value || is_blank(&o.value) && is_blank(&field.value);
+            |o: &Field| o.words() == field.words() || is_blank(&o.value) && is_blank(&field.value);
         others.iter().all(|other| other.get(row).is_some_and(same))
     };
     first.iter().enumerate().map(is_same).collect()
 }
 
-/// What all answers have in common, in a line.
-pub fn common(model: &Model, fields: &[Field], same: &[bool], width: u16) -> Option<Line<'static>> {
+/// What the answers in sight have in common, in a line.
+pub fn common(
+    model: &Model,
+    seen: &[Vec<Field>],
+    same: &[bool],
+    width: u16,
+) -> Option<Line<'static>> {
     let known = |(field, same): &(&Field, &bool)| **same && !is_blank(&field.value);
+    let fields = seen.first().map_or(&[][..], Vec::as_slice);
     let parts = fields.iter().zip(same).filter(known);
     let parts: Vec<String> = parts
-        .map(|(field, _)| format!("{} {}", field.name, field.value))
+        .map(|(field, _)| format!("{} {}", field.name, field.words()))
         .collect();
-    let words = fit(&format!(" all: {}", parts.join("; ")), usize::from(width));
+    let who = if seen.len() < model.compare.shown.len() {
+        "in sight"
+    } else {
+        "all"
+    };
+    let words = fit(&format!(" {who}: {}", parts.join("; ")), usize::from(width));
     (!parts.is_empty()).then(|| Line::styled(words, Style::new().fg(model.theme.dim)))
 }
 
@@ -321,9 +369,10 @@ pub fn lines(
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
     let name = |field: &Field, differs: bool| {
-        let words = format!("{} {}", field.name, if differs { "≠" } else { "" });
+        let words = format!("{} {}", field.name, if differs { DIFFERS } else { "" });
+        // Not in the colours of right and wrong.
         let dim = Style::new().fg(theme.dim);
-        let style = if differs { bold(theme.warning) } else { dim };
+        let style = if differs { bold(theme.text) } else { dim };
         named.then(|| Span::styled(pad(&words, LABEL), style))
     };
     let line = |(field, differs): (&Field, bool)| {
@@ -331,7 +380,7 @@ pub fn lines(
         if differs {
             style = style.add_modifier(Modifier::BOLD);
         }
-        let value = Span::styled(field.value.clone(), style);
+        let value = Span::styled(field.words(), style);
         Line::from_iter(name(field, differs).into_iter().chain([value]))
     };
     rows(fields, differ, same).map(line).collect()
@@ -371,11 +420,16 @@ mod tests {
         let field = |name, value: &str, counts| Field {
             name,
             value: value.into(),
+            exact: None,
             color: None,
             counts,
         };
+        let agrees = |field: Field, same| Field {
+            exact: Some((same, String::new())),
+            ..field
+        };
         let a = vec![
-            field("verdict", "collision =", true),
+            agrees(field("verdict", "collision", true), true),
             field("who", "3", true),
             field("tokens", "1", false),
         ];
@@ -383,10 +437,12 @@ mod tests {
         let other = vec![field("who", "3, 4 (0.2)", true)];
         assert_eq!(differing(&[same, other]), [false]);
         let b = vec![
-            field("verdict", "collision ≠", true),
+            agrees(field("verdict", "collision", true), false),
             field("who", "4", true),
             field("tokens", "2", false),
         ];
+        let words = [&a, &b].map(|fields| fields[0].words());
+        assert_eq!(words, ["collision =", "collision ≠"]);
         assert_eq!(differing(&[a.clone(), b]), [false, true, false]);
         // What one does not state, and what is about other steps, is no difference.
         let of =

@@ -12,27 +12,26 @@ use crate::features::compare::rating::ReadRatings;
 use crate::features::{Step, map, timeline, tour};
 use crate::keymap::Key;
 use crate::message::Effect;
-use crate::model::{Column, MAX_COMPARED, Model, ShownAnswer};
+use crate::model::{Column, MAX_COMPARED, Model, ShownAnswer, parts};
 use crate::update::keys::{KeyEffect, pressed};
 use nearmiss_store::Choice;
-use nearmiss_study::evaluation::claims::{CheckedClaim, Quantity};
+use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, Quantity};
 
-/// Opens the screen on as many answers as fit, the last ones and the shown one; the built-in judge's stands last, unless
-/// it would take the place of one of two answers.
+/// Opens the screen on as many answers as fit: the shown one and those that tell most beside it; the built-in judge's
+/// stands last, unless it would take the place of one of two answers.
 pub fn open(model: &mut Model) {
     let count = model.answers.columns.len();
     let fit = model.fit_side_by_side().max(2);
     let judge = model.has_reference() && (fit > 2 || count < 2);
     let answers = fit - usize::from(judge);
-    let mut shown: Vec<ShownAnswer> = (count.saturating_sub(answers)..count)
-        .map(ShownAnswer::Column)
-        .collect();
-    if let now @ ShownAnswer::Column(_) = model.answers.shown
-        && !shown.contains(&now)
-        && let Some(first) = shown.first_mut()
-    {
-        *first = now;
-    }
+    let first = match model.answers.shown {
+        ShownAnswer::Column(place) => place,
+        ShownAnswer::Reference => 0,
+    };
+    let mut places = telling(&model.answers.columns, first);
+    places.truncate(answers);
+    places.sort_unstable();
+    let mut shown: Vec<ShownAnswer> = places.into_iter().map(ShownAnswer::Column).collect();
     shown.extend(judge.then_some(ShownAnswer::Reference));
     if shown.is_empty() {
         let why = model.without_ego();
@@ -45,6 +44,29 @@ pub fn open(model: &mut Model) {
     model.compare.focus = spoken.unwrap_or(0);
     model.compare.show(shown);
     follow_ends(model);
+}
+
+/// The places of answers: that of `first`, then of those that say otherwise about the same steps, of the same frame and
+/// techniques before others, and near ones before far ones.
+fn telling(columns: &[Column], first: usize) -> Vec<usize> {
+    let Some(with) = columns.get(first) else {
+        return Vec::new();
+    };
+    let verdict = |column: &Column| Some(column.answer()?.verdict()?.dangerous);
+    let mut places: Vec<usize> = (0..columns.len()).collect();
+    places.sort_by_key(|&place| {
+        let other = &columns[place];
+        let both = verdict(other).zip(verdict(with));
+        let differs = other.steps == with.steps && both.is_some_and(|(a, b)| a != b);
+        let (way, frame) = (other.how == with.how, frame(other) == frame(with));
+        let rank = (other.failed(), !differs, !frame, !way);
+        (place != first, rank, place.abs_diff(first))
+    });
+    places
+}
+
+fn frame(column: &Column) -> &str {
+    parts(&column.how).0
 }
 
 /// Answers have come from the store: where the built-in judge stood alone because there were none, they join it.
@@ -245,7 +267,8 @@ fn resize(model: &mut Model, more: bool) {
     match next {
         Some(next) if model.compare.shown.len() < MAX_COMPARED => {
             let mut shown = model.compare.shown.clone();
-            shown.insert(0, next);
+            // The others stay where they are.
+            shown.push(next);
             model.compare.show(shown);
             follow_ends(model);
         }
@@ -254,28 +277,38 @@ fn resize(model: &mut Model, more: bool) {
     }
 }
 
+/// Goes to the next claim of the column that has the keys, or the one before. Where none here was picked yet, it begins
+/// in a column with a wrong one.
 fn go_to_claim(model: &mut Model, forward: bool) {
+    if let Some(place) = with_wrong_claim(model).filter(|_| forward) {
+        model.compare.focus = place;
+    }
     let focus = model.compare.focus;
     let Some(&shown) = model.compare.shown.get(focus) else {
         return;
     };
-    let Some(place) = claims::go(model, shown, forward) else {
+    let Some(picked) = claims::go(model, shown, forward) else {
         return;
     };
-    let Some(row) = model.drawn.claim_row(focus, place) else {
+    let claims::PickedClaim {
+        claim,
+        row: Some(row),
+    } = picked
+    else {
         return;
     };
     let extent = model.drawn.column(focus);
-    let is_seen = row >= extent.top && row < extent.top + extent.rows;
+    // The words on the row above it are in sight, too.
+    let is_seen = row > extent.top && row < extent.top + extent.rows;
+    // JSON that was folded makes the text longer.
+    let last = extent.last_top().max((row + 1).saturating_sub(extent.rows));
     let top = if is_seen {
         extent.top
     } else {
-        row.saturating_sub(extent.rows / 3).min(extent.last_top())
+        row.saturating_sub(extent.rows / 3).min(last)
     };
-    set_top(model, focus, top, extent.last_top());
-    let document = model.document(shown);
-    let claim = document.and_then(|d| Some(model.claims.get(d.key).get(place)?.claim.clone()));
-    if let Some(claim) = claim.filter(|_| !model.compare.free) {
+    set_top(model, focus, top, last);
+    if !model.compare.free {
         let others = (0..model.compare.shown.len()).filter(|other| *other != focus);
         let rows = others.filter_map(|other| {
             let row = spoken_of(model, other, claim.obstacle, Some(claim.quantity))?;
@@ -284,6 +317,22 @@ fn go_to_claim(model: &mut Model, forward: bool) {
         let rows: Vec<(usize, usize)> = rows.collect();
         scroll_to(model, &rows, row - top);
     }
+}
+
+/// The column in sight with a wrong claim, that of the keys first; `None` where a claim of one is picked.
+fn with_wrong_claim(model: &Model) -> Option<usize> {
+    let key = |place: usize| Some(model.document(*model.compare.shown.get(place)?)?.key);
+    let picked = |place| key(place).is_some_and(|key| model.claims.picked_of(key).is_some());
+    let is_wrong = |claim: &CheckedClaim| claim.judgement == Judgement::Wrong;
+    let wrong = |place: &usize| {
+        let claims = key(*place).map_or(&[][..], |key| model.claims.get(key));
+        claims.iter().any(is_wrong)
+    };
+    let seen = model.seen_side_by_side();
+    if seen.clone().any(picked) {
+        return None;
+    }
+    std::iter::once(model.compare.focus).chain(seen).find(wrong)
 }
 
 /// Picks the next obstacle that one of the answers speaks of, the most dangerous first, or the one before, and scrolls to
@@ -331,11 +380,11 @@ fn spoken_of(model: &Model, place: usize, id: i64, quantity: Option<Quantity>) -
         .iter()
         .position(same)
         .or_else(|| claims.iter().position(about));
-    if let Some(claim) = claim {
-        return model.drawn.claim_row(place, claim);
-    }
-    let mut readings = model.drawn.readings.borrow_mut();
-    readings.answer(shown).row_of(mention(&document.text, id)?)
+    let end = match claim {
+        Some(place) => claims[place].claim.span.end,
+        None => mention(&document.text, id)? + id.to_string().len(),
+    };
+    claims::row(model, shown, &document, end)
 }
 
 /// Where the id of an obstacle first stands in a text.

@@ -29,7 +29,7 @@ use crate::loaded::{
 use crate::message::Effect;
 use crate::model::{
     Drives, Job, JobId, JobKind, JobState, Model, OpenId, Search, Update, consequence_words,
-    forecast_words, listed, working_words,
+    listed, working_words,
 };
 use crate::update::opening;
 use crate::widgets::hints::{self, Hint};
@@ -105,20 +105,18 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         (None, Some(2..)) => "one obstacle or several".into(),
         (None, _) => "any obstacle".into(),
     };
-    let words = forecast_words(model.driver.forecast);
-    let key = model.look.key(Action::Cancel);
+    let against = against(model);
     model.say(format!(
-        "searching for an attack by {who}… ego planned {}with {words}, seed {seed}; {key} {key} cancels",
-        planned_by(model)
+        "searching for an attack by {who}{against}, seed {seed}"
     ));
     begin(model, change, only, seed)
 }
 
 /// The planner that is attacked, where it is a process.
-fn planned_by(model: &Model) -> String {
+fn against(model: &Model) -> String {
     match model.driver.planner {
         0 => String::new(),
-        _ => format!("by {} ", model.driver.planner_name()),
+        _ => format!(" against {}", model.driver.planner_name()),
     }
 }
 
@@ -255,10 +253,11 @@ pub fn on_update(model: &mut Model, update: GenerationUpdate) -> Vec<Effect> {
                 }
                 Err(why) => {
                     let is_open = search.is_some_and(|s| model.list.opened == Some(s.place));
-                    if let Some((hash, change)) = model.made_of().filter(|_| is_open) {
-                        model.generation.failed = Some((hash, change, why.clone()));
+                    let words = state::failed_words(&why);
+                    if let Some(of) = model.made_of().filter(|_| is_open) {
+                        model.generation.keep_fruitless(of, Err(why));
                     }
-                    model.complain(format!("no variant was made: {why}"));
+                    model.complain(words);
                 }
             }
             effects
@@ -341,21 +340,20 @@ fn in_words(model: &Model, made: &GeneratedVariant, changed: bool) -> String {
     }
     let dt = made.closed.driver().dt();
     let ids: Vec<i64> = made.effect.ids().collect();
-    let given = match ids.len() {
-        1 => "given a new motion",
-        _ => "given new motions",
-    };
     let what = match made.effect.consequence {
         Consequence::Collision(c) => {
-            format!("collision with {} at {:.1} s", c.with, c.step as f64 * dt)
+            let with = match &ids[..] {
+                [one] if *one == c.with => String::new(),
+                _ => format!(" with {}", c.with),
+            };
+            format!("collision{with} at {:.1} s", c.step as f64 * dt)
         }
         other => consequence_words(&other).to_string(),
     };
     format!(
-        "variant: {} {given}, {what}; {switch} original, {} details, {} leaves it",
+        "variant: {}, {what}; {} details, {switch} original",
         listed(&ids),
-        model.look.key(Action::VariantPanel),
-        model.look.key(Action::RecordedEgo)
+        model.look.key(Action::VariantPanel)
     )
 }
 
@@ -411,28 +409,21 @@ fn ask(model: &mut Model) {
     }
 }
 
-/// Whether something is made already; then it is said, with how to stop it.
+/// Whether something is made already; then it is said.
 fn still_searching(model: &mut Model) -> bool {
     let Some(search) = &model.generation.under_way else {
         return false;
     };
     let words = working_words(search.at, true);
-    let key = model.look.key(Action::Cancel);
-    model.say(format!("{words}; {key} {key} cancels"));
+    model.say(words);
     true
 }
 
-/// Whether Esc is to be pressed again before what is made ends, as minutes of work end with it; then that is said.
+/// Whether Esc is to be pressed again before what is made ends, as minutes of work end with it; the footer says so.
 pub fn asks_again(model: &mut Model) -> bool {
-    let Some(search) = &model.generation.under_way else {
-        return false;
-    };
-    if model.stop_within > 0.0 {
+    if model.generation.under_way.is_none() || model.stop_within > 0.0 {
         return false;
     }
-    let words = working_words(search.at, true);
-    let key = model.look.key(Action::Cancel);
-    model.say(format!("{words}; {key} again cancels"));
     model.stop_within = AGAIN;
     true
 }

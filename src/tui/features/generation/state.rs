@@ -21,20 +21,18 @@ pub struct GenerationState {
     pub under_way: Option<Search>,
     /// Variants that were made since the start, the oldest first; one of a scenario and change.
     kept: Vec<CachedVariant>,
-    /// Output of models without a dangerous result, the newest last; one for each scenario and change.
-    unwritten: Vec<Unwritten>,
+    /// Searches and models without a dangerous result, the newest last; for each scenario and change a failure and a text.
+    fruitless: Vec<(ContentHash, Option<Transform>, Fruitless)>,
     /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
     heard_out: Vec<(ContentHash, Option<i64>, String)>,
-    /// Why the last search found nothing to show, and in what it searched.
-    pub(super) failed: Option<(ContentHash, Option<Transform>, String)>,
     /// The place of the scenario to search in once it is open.
     pub wanted: Option<usize>,
     /// The last seed for each scenario and for the one obstacle that was allowed to attack.
     seeds: Vec<(ContentHash, Option<i64>, u64)>,
 }
 
-/// Output of a model without a dangerous result, and its scenario.
-type Unwritten = (ContentHash, Option<Transform>, Arc<Authorship>);
+/// What came of it where there is no dangerous result: what a model wrote, or why the work failed.
+pub(super) type Fruitless = Result<Arc<Authorship>, String>;
 
 /// A search that is under way.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -132,22 +130,23 @@ impl GenerationState {
         }
     }
 
-    /// Keeps a model's output without a dangerous result.
-    pub fn keep_unwritten(&mut self, of: (ContentHash, Option<Transform>), wrote: Arc<Authorship>) {
-        self.unwritten
-            .retain(|(hash, change, _)| (*hash, *change) != of);
-        self.unwritten.push((of.0, of.1, wrote));
-        if self.unwritten.len() > MAX_KEPT {
-            self.unwritten.remove(0);
+    /// Keeps what came of it without a dangerous result.
+    pub(super) fn keep_fruitless(&mut self, of: (ContentHash, Option<Transform>), got: Fruitless) {
+        // What a model wrote was paid for: a failure after it does not replace it.
+        self.fruitless.retain(|(hash, change, before)| {
+            (*hash, *change) != of || before.is_ok() != got.is_ok()
+        });
+        self.fruitless.push((of.0, of.1, got));
+        if self.fruitless.len() > MAX_KEPT {
+            self.fruitless.drain(..1);
         }
     }
 
-    /// A model's output for a scenario without a dangerous result.
-    #[must_use]
-    pub fn unwritten(&self, of: (ContentHash, Option<Transform>)) -> Option<&Arc<Authorship>> {
-        let mut all = self.unwritten.iter();
-        all.find(|(hash, change, _)| (*hash, *change) == of)
-            .map(|(_, _, wrote)| wrote)
+    /// What came of it for a scenario without a dangerous result, the newest first.
+    fn fruitless(&self, of: (ContentHash, Option<Transform>)) -> impl Iterator<Item = &Fruitless> {
+        let all = self.fruitless.iter().rev();
+        all.filter(move |(hash, change, _)| (*hash, *change) == of)
+            .map(|(_, _, got)| got)
     }
 
     /// Whether a model has had its say about this: the same would come from the store.
@@ -167,7 +166,7 @@ impl GenerationState {
     /// Forgets all variants: what was measured on them holds no longer.
     pub fn forget(&mut self) {
         self.kept.clear();
-        self.unwritten.clear();
+        self.fruitless.clear();
     }
 }
 
@@ -281,7 +280,8 @@ impl Model {
     /// A model's output for the open scenario without a dangerous result.
     #[must_use]
     pub fn unwritten(&self) -> Option<&Arc<Authorship>> {
-        self.generation.unwritten(self.made_of()?)
+        let mut all = self.generation.fruitless(self.made_of()?);
+        all.find_map(|got| got.as_ref().ok())
     }
 
     /// The key of the open scenario's variants: that of its original.
@@ -350,15 +350,18 @@ impl Model {
             {
                 Some(saved) => self.saved_variant(saved),
                 None => match self
-                    .generation
-                    .failed
-                    .as_ref()
-                    .filter(|(hash, change, _)| self.made_of() == Some((*hash, *change)))
+                    .made_of()
+                    .and_then(|of| self.generation.fruitless(of).next())
                 {
-                    Some((.., why)) => format!("no variant was made: {why}"),
-                    None => format!("no variant was made; {generate} makes the scenario dangerous"),
+                    Some(Err(why)) => failed_words(why),
+                    _ => format!("no variant was made; {generate} makes the scenario dangerous"),
                 },
             },
         }
     }
+}
+
+/// Why the work failed, and how to try again: the key depends on whether a model was asked.
+pub(super) fn failed_words(why: &str) -> String {
+    format!("no variant was made: {why}; the same key tries again")
 }

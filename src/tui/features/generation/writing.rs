@@ -17,12 +17,12 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::action::Action;
 use crate::features::generation::request::Generate;
-use crate::features::generation::{planned_by, ready, show, still_searching, variant_request};
+use crate::features::generation::{against, ready, show, still_searching, variant_request};
 use crate::features::{Screen, Step, scenarios};
 use crate::keymap::Key;
 use crate::loaded::{AuthoringProgress, Authorship, GenerationStage, VariantRequest, Writer};
 use crate::message::Effect;
-use crate::model::{Job, JobId, JobKind, JobState, Model, RequestTokens, forecast_words};
+use crate::model::{Job, JobId, JobKind, JobState, Model, RequestTokens};
 use crate::widgets::hints::Hint;
 use crate::widgets::window;
 use crate::widgets::words::thousands;
@@ -38,7 +38,7 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
             model.look.key(Action::Generate),
         );
         model.say(format!(
-            "the built-in judge writes no attacks; {choose} chooses a model, {search} searches without one"
+            "the built-in judge writes no attacks: {choose} chooses a model, {search} searches"
         ));
         return Vec::new();
     }
@@ -57,13 +57,8 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         Some(id) => format!("write a motion of {id} that endangers the ego"),
         None => "choose an attacker and write its motion".into(),
     };
-    let words = forecast_words(model.driver.forecast);
-    let key = model.look.key(Action::Cancel);
     let anew = if fresh { " again" } else { "" };
-    let reply = format!(
-        "asking {asked}{anew}… ego planned {}with {words}; {key} {key} cancels",
-        planned_by(model)
-    );
+    let reply = format!("asking {asked}{anew}{}", against(model));
     let method = method(model);
     let requests = requests(model, &method, only);
     let price = model.prompt.prices.of_requests(&asked, &requests);
@@ -186,7 +181,7 @@ fn waiting(event: &Event) -> Option<String> {
 /// Handles a result that is not dangerous; the model's output can be read.
 pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
     if let Some(of) = model.made_of() {
-        model.generation.keep_unwritten(of, wrote.clone());
+        model.generation.keep_fruitless(of, Ok(wrote.clone()));
         note_asked(model, of.0, &wrote);
     }
     let key = model.look.key(Action::VariantPanel);

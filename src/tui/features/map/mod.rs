@@ -114,7 +114,7 @@ pub fn tape(model: &mut Model) {
     ]
     .map(|action| model.look.keymap.key_in(action, Scope::Map));
     model.say(format!(
-        "{} or dragging measures, {} takes the other end, {} puts it away",
+        "{} or drag to measure, {} takes the other end, {} puts it away",
         keys.join(" "),
         model.look.key(Action::SwapTape),
         model.look.key(Action::TakeTape)
@@ -195,6 +195,11 @@ const MOST_MOVES: i64 = 200;
 
 /// Moves the map, or the end of the tape.
 pub fn move_map(model: &mut Model, action: Action) {
+    let drawn = |pane| model.drawn.area(pane).is_some();
+    if drawn(model.focus) && !drawn(Pane::Map) {
+        let key = model.look.key(Action::NextPane);
+        return model.say(format!("the map is hidden here; {key} leads to it"));
+    }
     let again = matches!(
         action,
         Action::ZoomIn

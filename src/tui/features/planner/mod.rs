@@ -41,7 +41,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
 /// Lets the planner drive, or stops it.
 fn drive(model: &mut Model) -> Vec<Effect> {
     if model.driver.under_way.is_some() {
-        model.say("planning is cancelled");
+        let key = model.look.key(Action::DrivePlanner);
+        model.say(format!("planning is cancelled; {key} plans again"));
         return cancel(model);
     }
     let planned = model
@@ -286,7 +287,9 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         .opened
         .filter(|_| !recorded && opened.change.is_none())
     {
-        model.list.plan(place, opened.headline.clone());
+        let seconds = opened.seconds();
+        let planned = opened.headline.clone().map(|headline| (headline, seconds));
+        model.list.plan(place, planned);
     }
     let id = OpenId(model.new_id());
     model.opening = Some((id, None));
@@ -306,7 +309,8 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         model.refresh();
     }
     if let Some(words) = words {
-        model.tell(words);
+        // It goes with the next key: another scenario has another ego.
+        model.say(words);
     }
     effects
 }
@@ -439,7 +443,7 @@ fn announce_kept_drive(model: &mut Model) {
     let (reach, outcome) = (planned.reach(), planned.ended());
     show_reach(model, reach);
     let back = model.look.key(Action::RecordedEgo);
-    model.tell(format!(
+    model.say(format!(
         "the planned ego again: {outcome}; {back} takes it off"
     ));
 }

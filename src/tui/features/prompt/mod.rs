@@ -65,7 +65,7 @@ pub fn end(model: &mut Model) -> Vec<Effect> {
     model.prompt.editing = false;
     model.prompt.entry = None;
     let (line, _) = model.prompt.editor.cursor();
-    model.prompt.scroll = line.saturating_sub(ABOVE);
+    model.prompt.scroll = line;
     model.prompt.editor.unselect();
     return_focus(model);
     if model.prompt.fill_in.is_some() {
@@ -535,7 +535,7 @@ pub fn show_error(model: &mut Model) -> bool {
     }
     if let Some(line) = prompt.error_line {
         prompt.editor.go(line.saturating_sub(1), 0, false);
-        prompt.scroll = line.saturating_sub(1 + ABOVE);
+        prompt.scroll = line.saturating_sub(1);
     }
     let edit = model.look.key(Action::Edit);
     model.complain(format!(
@@ -543,6 +543,3 @@ pub fn show_error(model: &mut Model) -> bool {
     ));
     true
 }
-
-/// Lines that are shown above the one with an error, or with the cursor.
-const ABOVE: usize = 2;

@@ -7,7 +7,7 @@ use strum::{IntoStaticStr, VariantArray};
 use crate::features::prompt::editor::{Editor, Find};
 use crate::model::Pane;
 use crate::model::question::Prices;
-use nearmiss_ask::prompts::{Library, Template};
+use nearmiss_ask::prompts::{Library, Prompt, Template};
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::Keys;
@@ -72,8 +72,8 @@ pub struct PromptPane {
     pub error: Option<String>,
     /// The line of the template that it is in, from 1.
     pub error_line: Option<usize>,
-    /// Tokens of the same question with the shipped template, while the two are compared.
-    pub shipped_tokens: Option<usize>,
+    /// The same question with the shipped template and its tokens, while the two are compared.
+    pub shipped_question: Option<(usize, Prompt)>,
     /// Whether the program ended when this text was filled last, so that it waits for the user.
     pub held: bool,
     /// Token prices.
@@ -104,16 +104,37 @@ pub struct PromptPane {
     pub editor: Editor,
 }
 
-/// The differences of two texts by lines; large ones are compared roughly after a while.
+/// The differences of two texts by lines, those that stand once in each first, so that no paragraph counts as changed for
+/// the sake of blank lines; large ones are compared roughly after a while.
 #[must_use]
 pub fn diff_of<'t>(old: &'t str, new: &'t str) -> similar::TextDiff<'t, 't, 't, str> {
     similar::TextDiff::configure()
+        .algorithm(similar::Algorithm::Patience)
         .timeout(std::time::Duration::from_millis(200))
         .diff_lines(old, new)
 }
 
 /// A line of two texts: whether it is in both, and its parts, each with whether it changed.
 pub type ChangedLine = (similar::ChangeTag, Vec<(bool, String)>);
+
+/// The lines of a change. Where some of their words stayed, only the others are changed.
+#[must_use]
+pub fn changed_lines<'d>(
+    diff: &'d similar::TextDiff<'d, 'd, 'd, str>,
+    op: &similar::DiffOp,
+) -> Vec<ChangedLine> {
+    let changes: Vec<_> = diff.iter_inline_changes(op).collect();
+    let mut parts = changes.iter().flat_map(|change| change.values());
+    let by_words = parts.any(|(changed, _)| *changed);
+    let lines = changes.iter().map(|change| {
+        let parts = change.iter_strings_lossy().map(|(changed, part)| {
+            let ended = part.trim_end_matches(['\n', '\r']).to_string();
+            (changed || !by_words, ended)
+        });
+        (change.tag(), parts.collect())
+    });
+    lines.collect()
+}
 
 /// What changed from a text to another one, kept across frames.
 #[derive(Debug, Default)]
@@ -126,18 +147,11 @@ impl TextChanges {
     /// The lines of both texts, compared by words.
     pub fn lines(&mut self, old: &str, new: &str) -> &[ChangedLine] {
         if (self.texts.0.as_str(), self.texts.1.as_str()) != (old, new) {
-            let diff = diff_of(old.trim(), new.trim());
-            let all = diff
-                .ops()
-                .iter()
-                .flat_map(|op| diff.iter_inline_changes(op));
-            let lines = all.map(|change| {
-                let parts = change.iter_strings_lossy();
-                let ended = |part: &str| part.trim_end_matches(['\n', '\r']).to_string();
-                let parts = parts.map(|(changed, part)| (changed, ended(&part)));
-                (change.tag(), parts.collect())
-            });
-            self.lines = lines.collect();
+            // The last line, which has no end, is the same as one in the middle.
+            let [a, b] = [old, new].map(|text| format!("{}\n", text.trim()));
+            let diff = diff_of(&a, &b);
+            let ops = diff.ops().iter();
+            self.lines = ops.flat_map(|op| changed_lines(&diff, op)).collect();
             self.texts = (old.into(), new.into());
         }
         &self.lines
@@ -348,5 +362,27 @@ impl PromptPane {
     /// The text was saved.
     pub fn mark_saved(&mut self, text: &str) {
         self.saved = text.to_string();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paragraphs_that_stay_are_no_changes() {
+        use similar::ChangeTag;
+        let mut changes = TextChanges::default();
+        let (old, new) = ("one\n\ntwo\n\nlast", "two\n\none\n\nlast\n\nmore\n");
+        let lines = changes.lines(old, new);
+        let equal = |line: &&ChangedLine| line.0 == ChangeTag::Equal;
+        let kept: Vec<&str> = lines
+            .iter()
+            .filter(equal)
+            .map(|l| l.1[0].1.as_str())
+            .collect();
+        assert!(kept.contains(&"last"), "{lines:?}");
+        let words = kept.iter().filter(|line| !line.is_empty()).count();
+        assert_eq!(words, 2, "{lines:?}");
     }
 }

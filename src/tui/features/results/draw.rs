@@ -164,19 +164,22 @@ pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model, hidden: &[&str]) -
         n => words.push(format!("{n} questions not asked, not counted")),
     }
     words.extend(cost(results));
-    let has_claims = |answer: &&AnswerOutcome| !claims(answer, true).is_empty();
+    let has_claims = |answer: &&AnswerOutcome| claim_counts(answer).is_some();
     if inside && results.answers().iter().any(has_claims) {
         words.push("claims: = right, ≠ wrong, ? open".into());
     }
     if !inside {
         let left_out = results.left_out.iter();
         words.extend(left_out.map(|words| format!("not counted: {words}")));
-        words.push("= right, ≠ wrong: t/f true or false, p/n yes or no".into());
+        words.push("= right, ≠ wrong, p/n: says yes/no".into());
     }
     if !hidden.is_empty() {
         let keys = [Action::CellLeft, Action::CellRight];
         let (keys, _) = hints::pair(model, Scope::Results, keys, "");
-        words.push(format!("{keys} more: {}", hidden.join(", ")));
+        words.push(match hidden {
+            [one] => format!("{keys} more: {one}"),
+            _ => format!("{keys} {} more columns", hidden.len()),
+        });
     }
     let text = Paragraph::new(words.join(" · "))
         .style(Style::new().fg(model.theme.dim))
@@ -292,12 +295,11 @@ fn run(answer: &AnswerOutcome) -> String {
 }
 
 /// What it says, and what is true where that differs.
-fn what(answer: &AnswerOutcome, brief: bool) -> String {
+fn what(answer: &AnswerOutcome, brief: bool) -> &'static str {
     let (_, whole) = outcome_label(answer);
-    if brief {
-        whole.replace("says ", "").replace("truth is", "truth")
-    } else {
-        whole.into()
+    match whole.strip_prefix("says ") {
+        Some(short) if brief => short,
+        _ => whole,
     }
 }
 
@@ -323,7 +325,7 @@ fn answer_line(
             Style::new().fg(color).add_modifier(Modifier::BOLD),
         ),
         Span::raw(format!("{name} ")),
-        Span::raw(pad(&what(answer, widths.brief), widths.what)),
+        Span::raw(pad(what(answer, widths.brief), widths.what)),
         Span::styled(
             format!("{claims}{}", run(answer)),
             Style::new().fg(theme.dim),
@@ -334,13 +336,20 @@ fn answer_line(
     line
 }
 
-/// Its claims about obstacles: right, wrong and open; nothing where there are none or they were not checked.
+/// Its claims about obstacles: how many are right, wrong and open; nothing where there are none or they were not checked.
 fn claims(answer: &AnswerOutcome, brief: bool) -> String {
     let word = if brief { "" } else { "claims " };
-    match answer.claims.known() {
-        None | Some([0, 0, 0]) => String::new(),
-        Some([right, wrong, open]) => format!("  {word}{right}= {wrong}≠ {open}?"),
-    }
+    claim_counts(answer).map_or(String::new(), |counts| {
+        let some = counts.into_iter().zip(["=", "≠", " open"]);
+        let some = some.filter(|(count, _)| *count > 0);
+        let parts: Vec<String> = some.map(|(count, sign)| format!("{count}{sign}")).collect();
+        format!("  {word}{}", parts.join(" "))
+    })
+}
+
+fn claim_counts(answer: &AnswerOutcome) -> Option<[u32; 3]> {
+    let counts = answer.claims.known();
+    counts.filter(|counts| counts.iter().any(|count| *count > 0))
 }
 
 fn outcome_label(answer: &AnswerOutcome) -> (&'static str, &'static str) {

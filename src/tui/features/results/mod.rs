@@ -106,7 +106,11 @@ fn read(model: &mut Model) -> Vec<Effect> {
 /// Compares the answers with another truth.
 fn change_truth(model: &mut Model) -> Vec<Effect> {
     if !model.results.next_truth() {
-        model.say("there is no other truth for these answers");
+        model.say(if model.results.reading {
+            "the store is still being read"
+        } else {
+            "there is no other truth for these answers"
+        });
         return Vec::new();
     }
     read(model)

@@ -224,7 +224,11 @@ fn read(
             let rows = evaluation::results(scored.filter(|one| !(by_itself && is_judge(one))));
             Ok(Some(BatchResults {
                 rows,
-                left_out: stored.left_out(),
+                left_out: stored
+                    .left_out()
+                    .into_iter()
+                    .map(|(words, _)| words)
+                    .collect(),
                 ..BatchResults::default()
             }))
         }

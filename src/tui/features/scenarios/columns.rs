@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Span;
 
-use crate::loaded::Tally;
+use crate::loaded::{Opened, Tally};
 use crate::model::{HEADLINE, List, Model, Order, Row, nearest};
 use crate::widgets::words::fit;
 use nearmiss_scene::metrics::{CriticalMoment, Grade, Headline, Measure, measure};
@@ -23,8 +23,8 @@ pub enum Column {
     Answers { wide: bool },
     /// By what the moment that matters is ordered among those as severe.
     Finer,
-    /// How severe the moment that matters is, and a mark of contact; the wide one has room for its name above it.
-    Severity { wide: bool },
+    /// How severe the moment that matters is, and a mark of contact.
+    Severity,
 }
 
 impl Column {
@@ -34,10 +34,8 @@ impl Column {
             Self::Finer => 10,
             Self::Answers { wide: true } => 8,
             Self::Value(_) | Self::Duration => 6,
-            Self::Obstacles | Self::Country => 4,
+            Self::Obstacles | Self::Country | Self::Severity => 4,
             Self::Answers { wide: false } => 2,
-            Self::Severity { wide: true } => 5,
-            Self::Severity { wide: false } => 3,
         }
     }
 
@@ -52,9 +50,9 @@ impl Column {
             Self::Obstacles => "obs".into(),
             Self::Duration => "time".into(),
             Self::Country => "cty".into(),
-            Self::Finer => "moment".into(),
-            Self::Answers { wide } => if wide { "answers" } else { "" }.into(),
-            Self::Severity { wide } => if wide { "sev" } else { "" }.into(),
+            Self::Finer => "then by".into(),
+            Self::Answers { wide } => if wide { "answers" } else { "≠" }.into(),
+            Self::Severity => "sev".into(),
         }
     }
 
@@ -67,28 +65,26 @@ impl Column {
     }
 }
 
-/// The columns that fit, from left to right, and whether there are more than there always are; where there is no row
-/// for `heads`, those that need one are left out.
-pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
+/// The columns that fit, from left to right; where there is no row for `heads`, those that need one are left out.
+/// `names` are the columns of the longest name with the word behind it.
+pub fn fitting(list: &List, names: usize, width: usize, heads: bool) -> Vec<Column> {
     let sorted = match list.order {
         Order::Measure(measure) => Some(Column::Value(measure)),
         Order::Obstacles => Some(Column::Obstacles),
         Order::Duration => Some(Column::Duration),
         Order::Severity => Some(Column::Finer).filter(|column| {
-            2 + MIN_NAME_COLUMNS + column.width() + Column::Severity { wide: false }.width()
-                <= width
+            heads && 2 + MIN_NAME_COLUMNS + column.width() + Column::Severity.width() <= width
         }),
         Order::Found | Order::Name | Order::Verdicts => None,
     };
     // Names come first: agreement of answers is shown if it fits beside them.
     let sorting: usize = sorted.iter().map(|c| c.width()).sum();
-    let named =
-        2 + list.longest.min(MIN_NAME_COLUMNS) + Column::Severity { wide: false }.width() + sorting;
+    let named = 2 + list.longest.min(MIN_NAME_COLUMNS) + Column::Severity.width() + sorting;
     let narrow = Column::Answers { wide: false };
     let answers = (list.answered && named + narrow.width() <= width).then_some(narrow);
     let used: usize = sorted.iter().chain(&answers).map(|c| c.width()).sum();
     // The sign before the name, and the severity behind everything.
-    let needed = 2 + list.longest.min(NAME) + Column::Severity { wide: false }.width();
+    let needed = 2 + names.min(NAME) + Column::Severity.width();
     let mut room = width.saturating_sub(used + needed);
     let mut take = |columns: usize| {
         let fits = room >= columns;
@@ -102,11 +98,7 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
     let obstacles = !matches!(sorted, Some(Column::Obstacles)) && take(4);
     let duration = !matches!(sorted, Some(Column::Duration)) && take(6);
     let distance = measure("distance").filter(|m| !shows(m.id) && take(6));
-    let country = take(4);
-    let more = wide || ttc.is_some() || obstacles || duration || sorted.is_some();
-    let severity = Column::Severity {
-        wide: more && take(2),
-    };
+    let country = duration && take(4);
     let columns = [
         country.then_some(Column::Country),
         duration.then_some(Column::Duration),
@@ -115,9 +107,9 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         ttc.map(Column::Value),
         sorted,
         answers.map(|_| Column::Answers { wide }),
-        Some(severity),
+        Some(Column::Severity),
     ];
-    (columns.into_iter().flatten().collect(), more)
+    columns.into_iter().flatten().collect()
 }
 
 /// Columns that names need before anything but the severity stands beside them, if they are so long.
@@ -128,7 +120,10 @@ const NAME: usize = 40;
 
 /// What stands in a column, and its style. With an obstacle or a planned drive as the ego, `taken` is what is open: the
 /// list agrees with it, and what is only known of the recorded ego is left out.
-pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) -> Span<'static> {
+pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Opened>) -> Span<'static> {
+    let none = Headline::default();
+    let seconds = taken.map(Opened::seconds);
+    let taken = taken.map(|opened| opened.headline.as_ref().unwrap_or(&none));
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let facts = row.facts();
@@ -154,7 +149,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
             }
         }
         Column::Obstacles => plain(facts.map(|f| f.obstacles.to_string())),
-        Column::Duration => plain(facts.map(|f| format!("{:.1}", f.seconds))),
+        Column::Duration => plain(seconds.or(row.seconds()).map(|s| format!("{s:.1}"))),
         Column::Country => plain(Some(row.country().to_string())),
         Column::Finer => {
             let headline = taken.or_else(|| facts.and_then(|f| f.headline.as_ref()));
@@ -182,7 +177,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
             };
             Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
         }
-        Column::Severity { .. } => {
+        Column::Severity => {
             let (words, color) = match (taken, &row.facts) {
                 (Some(headline), _) => severity(model, Some(headline)),
                 (None, None) => ("·".into(), theme.dim),

@@ -1,7 +1,6 @@
 //! The list of scenarios: names with matched letters, and their facts.
 
 use nearmiss_scene::description::visible;
-use nearmiss_scene::metrics::Headline;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
@@ -12,6 +11,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::action::Action;
 use crate::features::scenarios::columns::{Column, cell, fitting};
+use crate::features::scenarios::without_ego;
 use crate::model::{
     Extent, Group, Grouping, Line as ShownAnswer, Matching, Model, Order, Pane, Row, TERMS,
     WordMatch,
@@ -25,12 +25,14 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut inner = window::pane(f, area, model, Pane::Scenarios, title(model, room));
     missing(f, area, model);
     filter(f, &mut inner, model);
-    let heads = inner.height > 5;
-    let (columns, more) = fitting(list, usize::from(inner.width), heads);
+    // A row for them, where they hide no scenario or many are shown.
+    let heads = inner.height > 5 || list.lines.len() < usize::from(inner.height);
+    let columns = fitting(list, names(model), usize::from(inner.width), heads);
     // In a wide pane, the columns stay beside the names.
     let used: usize = columns.iter().map(|c| c.width()).sum();
-    let wide = usize::from(inner.width).min(list.longest + used + EXTRA_COLUMNS);
-    if more && heads && !list.lines.is_empty() {
+    let wide = (list.longest + used + EXTRA_COLUMNS).max(WIDE);
+    let wide = usize::from(inner.width).min(wide);
+    if heads && !list.lines.is_empty() {
         let heads = headings(&columns, wide);
         let style = Style::new().fg(model.theme.dim);
         f.render_widget(heads.style(style), Rect { height: 1, ..inner });
@@ -82,6 +84,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let mut whole = Line::from(sign);
         whole.spans.extend(line.spans);
         if chosen {
+            let rest = usize::from(inner.width).saturating_sub(whole.width());
+            whole.push_span(" ".repeat(rest));
             model.theme.select(whole.style(model.theme.base()))
         } else {
             whole.style(model.theme.base())
@@ -92,6 +96,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 
 /// Columns beside the longest name: signs before it, a word on whose values stand there, a gap.
 const EXTRA_COLUMNS: usize = 16;
+
+/// Columns of a pane that is not wide.
+const WIDE: usize = 60;
 
 /// Columns of a name that are left beside whose values stand there.
 const LEAST_NAME: usize = 12;
@@ -250,32 +257,49 @@ fn scenario(
 ) -> Line<'static> {
     let row = &model.list.rows[place];
     let used: usize = columns.iter().map(|c| c.width()).sum();
-    let opened = model.opened.as_ref();
-    let planned = model.planned().is_some();
-    let variant = model.variant().is_some_and(|shown| shown.changed);
-    let own = !(planned || variant || model.taken.is_some());
-    let other = !own && model.list.opened == Some(place);
-    let taken = opened.filter(|_| other && model.opening.is_none());
     let mut room = width.saturating_sub(used + 2);
-    // Whose values stand there; the name is cut for it.
-    let whose = if other && variant {
-        " variant"
-    } else {
-        " planned"
-    };
-    let known = (taken.is_some() && (planned || variant)) || (!other && row.planned.is_some());
-    let says = known && room >= whose.len() + LEAST_NAME;
-    room -= if says { whose.len() } else { 0 };
+    // The name is cut for it.
+    let whose = whose(model, place).filter(|whose| room >= whose.len() + LEAST_NAME);
+    room -= whose.map_or(0, str::len);
     let mut line = name(model, row, room, matching);
-    if says {
+    if let Some(whose) = whose {
         line.push_span(Span::styled(whose, Style::new().fg(model.theme.ego)));
     }
-    let none = Headline::default();
-    let taken = taken.map(|opened| opened.headline.as_ref().unwrap_or(&none));
+    let taken = model.opened.as_deref();
+    let taken = taken.filter(|_| has_other_ego(model, place) && model.opening.is_none());
     for &column in columns {
         line.push_span(placed(cell(model, row, column, taken), column));
     }
     line
+}
+
+/// Whether the scenario is open with another ego than the recorded one, or as a variant.
+fn has_other_ego(model: &Model, place: usize) -> bool {
+    model.list.opened == Some(place)
+        && (model.planned().is_some()
+            || model.variant().is_some_and(|shown| shown.changed)
+            || model.taken.is_some())
+}
+
+/// Whose values stand behind a name, in a word, where they are not the recorded ego's.
+fn whose(model: &Model, place: usize) -> Option<&'static str> {
+    let planned = " planned";
+    if !has_other_ego(model, place) {
+        return model.list.rows[place].planned.as_ref().map(|_| planned);
+    }
+    match model.variant() {
+        _ if model.opening.is_some() => None,
+        Some(shown) if shown.changed => Some(" variant"),
+        _ => model.planned().map(|_| planned),
+    }
+}
+
+/// Columns of the longest name with the word behind it.
+fn names(model: &Model) -> usize {
+    let rows = model.list.rows.iter().enumerate();
+    let said =
+        rows.filter_map(|(place, row)| Some(row.entry.name.width() + whose(model, place)?.len()));
+    said.max().unwrap_or(0).max(model.list.longest)
 }
 
 /// A name, with the letters that the filter matches underlined.
@@ -311,8 +335,7 @@ fn missing(f: &mut Frame<'_>, area: Rect, model: &Model) {
         0 => None,
         count => Some(format!("{count} skipped: {key}")),
     };
-    let key = model.look.key(Action::DrivePlanner);
-    let parts = skipped.into_iter().chain(model.list.without_ego(&key));
+    let parts = skipped.into_iter().chain(without_ego(model));
     let words = parts.collect::<Vec<_>>().join(" · ");
     if words.is_empty() {
         return;

@@ -25,6 +25,20 @@ use crate::widgets::words::pad;
 use request::{Survey, ranking};
 use saved_views::{ListViews, SavedViewsScreen};
 
+/// How many of the list have no ego, and the key that plans one, unless what is open has nothing to plan for or is planned,
+/// where the key ends it.
+pub fn without_ego(model: &Model) -> Option<String> {
+    let why = model.list.without_ego()?;
+    let aimless = model.opened.as_ref().is_some_and(|opened| {
+        opened.scene.is_none() && opened.scenario.planning_problems.is_empty()
+    });
+    if aimless || model.driver.under_way.is_some() {
+        return Some(why);
+    }
+    let key = model.look.key(Action::DrivePlanner);
+    Some(format!("{why}: {key} plans one"))
+}
+
 /// All scenarios were found at once.
 pub fn found(model: &mut Model, found: Result<SearchResults, String>) -> Vec<Effect> {
     match found {
@@ -354,9 +368,8 @@ impl Choice for Orders {
         // By the same again, the other way around.
         model.list.sort_by(*order);
         model.list.leads = order.needs_facts();
-        let key = model.look.key(Action::DrivePlanner);
         let measured = matches!(order, Order::Severity | Order::Measure(_));
-        if let Some(why) = model.list.without_ego(&key).filter(|_| measured) {
+        if let Some(why) = without_ego(model).filter(|_| measured) {
             model.say(format!("{why}; until then they come last"));
         }
         Step::Close(ranking(model).into_iter().collect())

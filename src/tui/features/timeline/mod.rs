@@ -192,7 +192,7 @@ fn show(model: &mut Model, at: Disagreement, all: &[Disagreement]) {
         model.picked = at.obstacle;
         model.answers.cursor = at.obstacle;
         let place = all.iter().position(|d| *d == at).map_or(0, |p| p + 1);
-        return model.say(format!("{place} of {}: {words}", all.len()));
+        return model.say(format!("difference {place} of {}: {words}", all.len()));
     }
     let column = &model.answers.columns[at.column];
     let name = column.model.clone();
@@ -202,7 +202,7 @@ fn show(model: &mut Model, at: Disagreement, all: &[Disagreement]) {
     let reference = model.answers.reference.as_ref().map(|r| &r.verdict);
     let truth = column.truth_or(reference).map_or("otherwise", |v| v.word());
     model.say(format!(
-        "{place} of {}: {name} says {said}, the built-in judge says {truth}",
+        "difference {place} of {}: {name} says {said}, the built-in judge says {truth}",
         all.len()
     ));
 }

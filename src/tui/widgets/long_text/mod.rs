@@ -221,7 +221,7 @@ impl Reading {
 
     /// Rows that a line takes; none for what is folded away.
     fn height(&self, at: usize, marks: &MarkedClaims<'_>, theme: &Theme) -> usize {
-        let Placed { from, to, kind, .. } = self.lines[at];
+        let Placed { to, kind, .. } = self.lines[at];
         if !self.is_raw() {
             match kind {
                 Kind::Fence => return 0,
@@ -230,12 +230,23 @@ impl Reading {
                 _ => {}
             }
         }
-        let here = self.claims_in(at, marks);
+        self.height_to(at, to, marks, theme)
+    }
+
+    /// Rows that a line takes down to a byte of the text.
+    fn height_to(&self, at: usize, end: usize, marks: &MarkedClaims<'_>, theme: &Theme) -> usize {
+        let Placed { from, to, kind, .. } = self.lines[at];
         let line = &self.text[from..to];
         let plain = || pieces_of(Line::raw(line.to_string()));
         let pieces = self.rendered(line, kind, theme).unwrap_or_else(plain);
+        let above = pieces
+            .into_iter()
+            .take_while(|piece| piece.at.is_none_or(|at| from + at < end))
+            .map(|piece| piece.until(end.saturating_sub(from)))
+            .collect();
         // A sign beside a claim takes room too.
-        height(marked(pieces, &here, from, marks, theme), self.width)
+        let here = self.claims_in(at, marks);
+        height(marked(above, &here, from, marks, theme), self.width)
     }
 
     fn folds(&self, json: Json) -> bool {
@@ -271,28 +282,20 @@ impl Reading {
         self.lines.last().map_or(0, |line| line.rows)
     }
 
-    /// The rows in which claims begin, in their order; of folded ones that of the line they are folded to.
+    /// The row that what ends at a byte ends in; of what is folded away that of the line it is folded to. Nothing where
+    /// another text was drawn.
     #[must_use]
-    pub fn rows_of_claims(&self, count: usize) -> Vec<usize> {
-        let mut rows = vec![0; count];
-        for (line, place) in &self.claims {
-            if let Some(row) = rows.get_mut(*place) {
-                *row = self.row(*line);
-            }
+    pub fn row_of(&self, byte: usize, marks: &MarkedClaims<'_>, theme: &Theme) -> Option<usize> {
+        if self.key != Some(marks.key) {
+            return None;
         }
-        rows
-    }
-
-    /// The row of the line that a byte is in; of a folded one that of the line it is folded to.
-    #[must_use]
-    pub fn row_of(&self, byte: usize) -> Option<usize> {
         let line = self.lines.iter().position(|line| byte <= line.to)?;
-        Some(self.row(line))
-    }
-
-    fn row(&self, line: usize) -> usize {
-        let hidden = usize::from(self.is_hidden(line));
-        self.row_before(line).saturating_sub(hidden)
+        let before = self.row_before(line);
+        Some(match self.lines[line].rows - before {
+            0 => before.saturating_sub(1),
+            1 => before,
+            _ => before + self.height_to(line, byte, marks, theme).saturating_sub(1),
+        })
     }
 
     /// Rows above a line.

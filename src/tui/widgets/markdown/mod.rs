@@ -28,6 +28,17 @@ impl Piece {
         }
     }
 
+    /// It without what stands from a byte of the line on.
+    #[must_use]
+    pub fn until(mut self, end: usize) -> Self {
+        if let Some(left) = self.at.map(|at| end.saturating_sub(at))
+            && let Some(words) = self.span.content.get(..left)
+        {
+            self.span.content = words.to_string().into();
+        }
+        self
+    }
+
     /// A sign in the place of markup.
     #[must_use]
     pub fn sign(text: impl Into<String>, style: Style) -> Self {

@@ -8,16 +8,16 @@ use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer, Task, Verdict};
 use nearmiss_store::{Origin, RunId};
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, StoredOrigin, motion_lines};
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::obstacles;
+use super::obstacles::{self, bare};
 use crate::action::Action;
 use crate::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
-use crate::widgets::words::{date, fit, fit_around};
+use crate::widgets::words::{date, fit};
 use crate::widgets::{row, window};
 use table::{LABEL, Row, Table};
 
@@ -32,50 +32,14 @@ fn narrowest(room: usize) -> usize {
 }
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
-    let mut title = Line::from(format!("verdict · {}", model.task.name()));
-    if let Some(steps) = model.short_window() {
-        let words = format!(" · {steps}-step window");
-        title.push_span(Span::styled(words, Style::new().fg(model.theme.warning)));
-    }
     // Inside the border, without the column of the scroll bar.
     let room = usize::from(area.width).saturating_sub(3);
     let seen_now = seen(&model.answers, room);
-    if let (Some(first), Some(last)) = (seen_now.clone().min(), seen_now.clone().max()) {
-        let all = model.answers.columns.len();
-        let (first, last) = (first + 1, last + 1);
-        let key = |action| model.look.key(action);
-        let keys = format!(
-            "{} {}",
-            key(Action::PreviousAnswer),
-            key(Action::NextAnswer)
-        );
-        // Inside the corners, with a space on both sides.
-        let left = usize::from(area.width).saturating_sub(4 + title.width());
-        let hints = if seen_now.len() != all {
-            [
-                format!(" · answers {first}–{last} of {all}, {keys} others"),
-                format!(" · {first}–{last}/{all} {keys}"),
-                format!(" · {first}–{last} of {all}"),
-            ]
-        } else if all == 1 {
-            [String::new(), String::new(), String::new()]
-        } else {
-            [
-                format!(" · {keys} select answer"),
-                format!(" · {keys}"),
-                String::new(),
-            ]
-        };
-        let hint = hints
-            .into_iter()
-            .find(|hint| hint.width() <= left)
-            .unwrap_or_default();
-        title.push_span(Span::styled(hint, Style::new().fg(model.theme.dim)));
-    }
+    let title = title(model, &seen_now, usize::from(area.width));
     let inner = window::pane(f, area, model, Pane::Verdict, title);
     let answers = &model.answers;
     let named = obstacles::named(model);
-    let draw = |f: &mut Frame<'_>, text| {
+    let draw = |f: &mut Frame<'_>, inner: Rect, text| {
         row::text(
             f,
             inner,
@@ -88,7 +52,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let other = matches!(model.task, Task::Attacker | Task::Trajectory);
     if other && model.scene().is_some() {
         let text = without_reference(model, seen_now, usize::from(inner.width));
-        draw(f, text);
+        draw(f, inner, text);
         return;
     }
     let reference = answers.reference.as_ref();
@@ -100,7 +64,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             nearmiss_scene::description::visible(&words).into_owned(),
             dim,
         );
-        draw(f, text);
+        draw(f, inner, text);
         return;
     }
     let verdict = reference.map(|r| &r.verdict);
@@ -120,9 +84,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .collect();
     // A gap behind each; the last column, the built-in judge's, needs none.
     let room = usize::from(inner.width).saturating_sub(LABEL + 1);
-    let widths = widths(&ids, Some(NARROWEST), narrowest(room), room);
     let plotted = model.plot.measure.id == "risk" && model.plot.drives.is_none();
-    let heads = of_models(&ids, &widths, if plotted { LETTER } else { 0 });
+    let before = if plotted { LETTER } else { 0 };
+    let widths = widths(&ids, Some(NARROWEST), (narrowest(room), before), room);
+    let heads = of_models(&ids, &widths, before);
     for ((i, head), width) in seen.clone().zip(&heads).zip(&widths) {
         let letter = obstacles::letter(i).filter(|_| plotted);
         let head = &letter.map_or(head.clone(), |letter| format!("{letter} {head}"));
@@ -134,7 +99,16 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     table.set_width(widths.last().copied().unwrap_or(NARROWEST));
     table.reference(answers, verdict);
-    let mut text = Text::from(table.lines());
+    let mut lines = table.lines();
+    let mut below = inner;
+    // The names of the columns stay in sight.
+    if inner.height > LEAST_BELOW {
+        let [first, rest] =
+            Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(inner);
+        f.render_widget(lines.remove(0), first);
+        below = rest;
+    }
+    let mut text = Text::from(lines);
     text.extend(notes(model));
     // A column is left for the scroll bar.
     let table = obstacles::lines(model, &named, seen, &widths);
@@ -147,7 +121,54 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     text.extend(failures(model));
     text.push_line("");
     text.extend(comment(model, reference));
-    draw(f, text);
+    draw(f, below, text);
+}
+
+/// Fewest rows that are left for what scrolls below the names of the columns.
+const LEAST_BELOW: u16 = 3;
+
+/// The task and which answers are in sight, with the keys to others; the header has the task where there is little room.
+fn title(model: &Model, seen: &std::ops::Range<usize>, width: usize) -> Line<'static> {
+    let mut title = vec![Span::raw("verdict")];
+    let task = Span::raw(format!(" · {}", model.task.name()));
+    let window = model.short_window().map(|steps| {
+        let words = format!(" · {steps}-step window");
+        Span::styled(words, Style::new().fg(model.theme.warning))
+    });
+    let key = |action| model.look.key(action);
+    let keys = format!(
+        "{} {}",
+        key(Action::PreviousAnswer),
+        key(Action::NextAnswer)
+    );
+    let (first, last, all) = (seen.start + 1, seen.end, model.answers.columns.len());
+    let hints = match seen.len() {
+        0 => [String::new(), String::new()],
+        1 if all == 1 => [String::new(), String::new()],
+        count if count == all => [format!(" · {keys} select answer"), format!(" · {keys}")],
+        1 => [
+            format!(" · answer {first} of {all}, {keys} others"),
+            format!(" · answer {first} of {all} {keys}"),
+        ],
+        _ => [
+            format!(" · answers {first}–{last} of {all}, {keys} others"),
+            format!(" · answers {first}–{last} of {all} {keys}"),
+        ],
+    };
+    // Inside the corners, with a space on both sides.
+    let used = 4 + title[0].width() + window.as_ref().map_or(0, Span::width);
+    let left = width.saturating_sub(used);
+    let beside_task = left.saturating_sub(task.width());
+    let mut fits = hints.iter().find(|hint| hint.width() <= beside_task);
+    if fits.is_none() && seen.len() < all {
+        fits = hints.iter().find(|hint| hint.width() <= left);
+    } else {
+        title.push(task);
+    }
+    title.extend(window);
+    let hint = fits.cloned().unwrap_or_default();
+    title.push(Span::styled(hint, Style::new().fg(model.theme.dim)));
+    Line::from(title)
 }
 
 /// The line that the pane of so many rows begins with: the obstacle that the keys stand on is in sight.
@@ -191,7 +212,8 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
         .iter()
         .map(|c| c.model.as_str())
         .collect();
-    let widths = widths(&ids, None, NARROWEST, room.saturating_sub(LABEL + 1));
+    let room = room.saturating_sub(LABEL + 1);
+    let widths = widths(&ids, None, (NARROWEST, 0), room);
     let heads = of_models(&ids, &widths, 0);
     for ((i, head), width) in seen.zip(&heads).zip(&widths) {
         let shown = answers.shown == ShownAnswer::Column(i);
@@ -208,11 +230,10 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
 /// The letter of an answer in the plot and a space, before its name.
 const LETTER: usize = 2;
 
-/// The heads of answers, of two lines with a gap behind each, and so many columns left before them.
+/// The heads of answers with a gap behind each, and so many columns left before them.
 fn of_models(ids: &[&str], widths: &[usize], before: usize) -> Vec<String> {
-    let room = |width: &usize| (2 * width).saturating_sub(2 + before);
-    let rooms = widths.iter().map(room);
-    heads(ids, &rooms.collect::<Vec<_>>(), before)
+    let rooms = widths.iter().map(|width| width.saturating_sub(1 + before));
+    heads(ids, &rooms.collect::<Vec<_>>())
 }
 
 /// The answers that fit beside the built-in judge, the shown one among them.
@@ -361,26 +382,22 @@ fn of_column(model: &Model) -> Text<'static> {
 }
 
 /// Columns of answers, and of the built-in judge where `last` names what it needs: as much as each needs, and what is
-/// left in equal parts; where there is less, the widest get less. An answer needs `least`, its model without the
-/// provider, and a gap.
-fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<usize> {
-    let answers = ids.iter().map(|id| least.max(bare(id).width() + 1));
-    let mut needed: Vec<usize> = answers.chain(last).collect();
+/// left in equal parts; where there is less, the widest get less. An answer needs `least`, and `before` columns, its model
+/// without the provider, and a gap.
+fn widths(
+    ids: &[&str],
+    last: Option<usize>,
+    (least, before): (usize, usize),
+    room: usize,
+) -> Vec<usize> {
+    let answers = ids
+        .iter()
+        .map(|id| least.max(before + bare(id).width() + 1));
+    let needed: Vec<usize> = answers.chain(last).collect();
     let count = needed.len().max(1);
     let sum: usize = needed.iter().sum();
     if sum <= room {
-        // Where there is room, the letter and the name stand in one line, those of the short names first.
-        let mut more = room - sum;
-        let mut order: Vec<usize> = (0..ids.len()).collect();
-        order.sort_by_key(|i| bare(ids[*i]).width());
-        for i in order {
-            let whole = needed[i].max(bare(ids[i]).width() + 1 + LETTER);
-            let missing = whole - needed[i];
-            if missing <= more {
-                (needed[i], more) = (whole, more - missing);
-            }
-        }
-        let share = more / count;
+        let share = (room - sum) / count;
         return needed.into_iter().map(|width| width + share).collect();
     }
     // The narrow ones get what they need, the others share what is left.
@@ -394,18 +411,26 @@ fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<u
         }
         (share, narrow) = (room.saturating_sub(taken) / others, few);
     }
-    needed.into_iter().map(|width| width.min(share)).collect()
+    let mut widths: Vec<usize> = needed.iter().map(|width| share.min(*width)).collect();
+    // What equal shares leave goes to those that need least.
+    let mut spare = room.saturating_sub(widths.iter().sum());
+    let mut order: Vec<usize> = (0..widths.len()).collect();
+    order.sort_by_key(|place| needed[*place]);
+    for place in order {
+        let more = spare.min(needed[place] - widths[place]);
+        widths[place] += more;
+        spare -= more;
+    }
+    widths
 }
 
-/// Models' ids in so many columns each: whole, or without their provider, and then with their beginning and end, which
-/// tell models apart. Of those that would read the same, as much of the provider is left as tells them apart, or what
-/// differs stands behind their beginning. The title of the reasoning has them whole.
-fn heads(ids: &[&str], widths: &[usize], before: usize) -> Vec<String> {
+/// Models' ids in so many columns each: whole, or without their provider, and then with their beginning. Of those that
+/// would read the same, as much of the provider is left as tells them apart, or what differs stands behind their
+/// beginning. The title of the reasoning has them whole.
+fn heads(ids: &[&str], widths: &[usize]) -> Vec<String> {
     let width = |i: usize| widths.get(i).copied().unwrap_or(0);
     let plain = ids.iter().enumerate();
-    let plain: Vec<String> = plain
-        .map(|(i, id)| short(id, 0, width(i), before))
-        .collect();
+    let plain: Vec<String> = plain.map(|(i, id)| short(id, 0, width(i))).collect();
     let alike = |i: usize, heads: &[String]| {
         (0..ids.len()).any(|j| ids[j] != ids[i] && heads[j] == heads[i])
     };
@@ -418,7 +443,7 @@ fn heads(ids: &[&str], widths: &[usize], before: usize) -> Vec<String> {
         }
         // All that read alike change together, also those that another one of them has just left alone.
         for i in (0..ids.len()).filter(|i| alike(*i, &plain)) {
-            best[i] = short(ids[i], letters, width(i), before);
+            best[i] = short(ids[i], letters, width(i));
         }
     }
     let unclear: Vec<usize> = (0..ids.len()).filter(|i| alike(*i, &best)).collect();
@@ -431,11 +456,6 @@ fn heads(ids: &[&str], widths: &[usize], before: usize) -> Vec<String> {
         best[i] = from_difference(bare(ids[i]), same.unwrap_or(0), width(i));
     }
     best
-}
-
-/// A model's id without the provider.
-fn bare(id: &str) -> &str {
-    id.split_once('/').map_or(id, |(_, model)| model)
 }
 
 /// The bytes in which a name begins as others do that are not the same: the fewest.
@@ -456,24 +476,23 @@ fn same_start<'n>(name: &str, others: impl Iterator<Item = &'n str>) -> usize {
 
 /// A name from where it differs from others on, behind its first letters.
 fn from_difference(name: &str, at: usize, width: usize) -> String {
-    let begin: String = name.chars().take(width / 3).collect();
+    let letters = width.saturating_sub(1 + name[at..].width()).max(width / 3);
+    let begin: String = name.chars().take(letters).collect();
     if at <= begin.len() {
         return fit(name, width);
     }
     fit(&format!("{begin}…{}", &name[at..]), width)
 }
 
-/// An id within `width` columns, with `letters` of its provider if it does not fit whole. What is cut is so where the first
-/// of two lines ends, which begins with so many other columns.
-fn short(id: &str, letters: usize, width: usize, before: usize) -> String {
-    let end = (width + before) / 2;
+/// An id within `width` columns, with `letters` of its provider if it does not fit whole.
+fn short(id: &str, letters: usize, width: usize) -> String {
     match id.split_once('/') {
         Some((provider, model)) if id.width() > width || letters == 0 => {
             let some: String = provider.chars().take(letters).collect();
             if some.is_empty() {
-                fit_around(model, width, end)
+                fit(model, width)
             } else {
-                fit_around(&format!("{some}/{model}"), width, end)
+                fit(&format!("{some}/{model}"), width)
             }
         }
         _ => fit(id, width),
@@ -635,14 +654,14 @@ mod tests {
     #[test]
     fn what_would_read_the_same_keeps_a_part_of_its_provider() {
         let two = ["recorded/gpt-4o", "openai/gpt-4o"];
-        assert_eq!(heads(&two, &[20, 20], 0), two);
-        assert_eq!(heads(&two, &[10, 10], 0), ["r/gpt-4o", "o/gpt-4o"]);
-        let narrow = heads(&two, &[7, 7], 0);
+        assert_eq!(heads(&two, &[20, 20]), two);
+        assert_eq!(heads(&two, &[10, 10]), ["r/gpt-4o", "o/gpt-4o"]);
+        let narrow = heads(&two, &[7, 7]);
         assert_ne!(narrow[0], narrow[1], "{narrow:?}");
         assert!(narrow.iter().all(|head| head.width() <= 7), "{narrow:?}");
         let providers = ["openrouter/gpt-4o", "openai/gpt-4o"];
         assert_eq!(
-            heads(&providers, &[12, 12], 0),
+            heads(&providers, &[12, 12]),
             ["openr/gpt-4o", "opena/gpt-4o"]
         );
     }
@@ -654,48 +673,53 @@ mod tests {
             "lab/qwen2.5-vl-72b-instruct",
             "lab/gpt-4o",
         ];
-        let cut = heads(&three, &[12, 12, 12], LETTER);
+        let cut = heads(&three, &[12, 12, 12]);
         assert_eq!(cut, ["qwen…b-inst…", "qwen…2b-ins…", "gpt-4o"]);
-        // The cut is where the first line ends.
-        assert_eq!(
-            heads(&["lab/deepseek-chat"], &[12], LETTER),
-            ["deep…ek-chat"]
-        );
+        let tour = ["example/example-a", "example/example-b"];
+        assert_eq!(heads(&tour, &[5, 5]), ["exa…a", "exa…b"]);
+        assert_eq!(heads(&["lab/deepseek-chat"], &[12]), ["deepseek-ch…"]);
     }
 
     #[test]
     fn what_is_clear_or_the_same_stays_short() {
         let clear = ["openai/gpt-4o-mini", "gemini/gemini-2.5-pro"];
-        assert_eq!(heads(&clear, &[11, 11], 0), ["gpt-4o-mini", "gemin…5-pro"]);
+        assert_eq!(heads(&clear, &[11, 11]), ["gpt-4o-mini", "gemini-2.5…"]);
         let same = ["openai/gpt-4o-mini", "openai/gpt-4o-mini"];
-        assert_eq!(heads(&same, &[11, 11], 0), ["gpt-4o-mini"; 2]);
-        assert_eq!(heads(&[], &[], 0), [""; 0]);
+        assert_eq!(heads(&same, &[11, 11]), ["gpt-4o-mini"; 2]);
+        assert_eq!(heads(&[], &[]), [""; 0]);
     }
 
     #[test]
     fn columns_are_as_wide_as_their_heads() {
         let ids = ["lab/pyro-8b", "lab/sage-70b", "lab/pyro-8b", "lab/sage-70b"];
-        let narrow = widths(&ids, Some(8), 8, 43);
+        let widths = |ids: &[&str], last, room| widths(ids, last, (8, 0), room);
+        let narrow = widths(&ids, Some(8), 43);
         assert_eq!(narrow, [8, 9, 8, 9, 8]);
         assert_eq!(
-            heads(&ids, &[7, 8, 7, 8], 0),
+            heads(&ids, &[7, 8, 7, 8]),
             ["pyro-8b", "sage-70b"].repeat(2)
         );
         assert_eq!(
-            widths(&ids, Some(8), 8, 47),
-            [10, 9, 10, 9, 8],
-            "what is left, for the letters of short names first"
+            super::widths(&ids, Some(8), (8, LETTER), 50),
+            [10, 11, 10, 11, 8],
+            "with the letters"
         );
         assert_eq!(
-            widths(&["lab/a-very-long-name", "a/b"], Some(8), 8, 30),
+            widths(&["lab/a-very-long-name", "a/b"], Some(8), 30),
             [14, 8, 8]
         );
         assert_eq!(
-            widths(&ids, Some(8), 8, 20),
+            widths(&ids, Some(8), 20),
             [4; 5],
             "never more than there is"
         );
-        assert_eq!(widths(&[], Some(8), 8, 20), [20]);
-        assert_eq!(widths(&[], None, 8, 20), [0; 0]);
+        let paper = ["r/deepseek-chat", "r/gemini-1.5-pro", "r/gpt-4o"];
+        assert_eq!(
+            super::widths(&paper, Some(8), (8, LETTER), 33),
+            [8, 8, 9, 8],
+            "what is left makes one whole"
+        );
+        assert_eq!(widths(&[], Some(8), 20), [20]);
+        assert_eq!(widths(&[], None, 20), [0; 0]);
     }
 }

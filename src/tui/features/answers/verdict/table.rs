@@ -4,7 +4,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use super::super::obstacles::Assessment;
+use super::super::obstacles::{foremost_scores, names_right};
 use crate::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
 use crate::widgets::words::{duration, fit, fit_middle, pad, thousands};
 use nearmiss_scene::verdict::{Task, Verdict};
@@ -20,8 +20,6 @@ const BUILT_IN: &str = "built-in";
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Row {
     Head,
-    /// What of the names has no room there.
-    Rest,
     /// From where the scene was described.
     Frame,
     /// The techniques.
@@ -53,7 +51,6 @@ impl Row {
     ) -> Vec<Self> {
         let all = [
             Self::Head,
-            Self::Rest,
             Self::Frame,
             Self::How,
             Self::Prompt,
@@ -81,7 +78,7 @@ impl Row {
 
     fn label(self, task: Task) -> String {
         match self {
-            Self::Head | Self::Rest => "",
+            Self::Head => "",
             Self::Frame => "frame",
             Self::How => "technique",
             Self::Prompt => "prompt",
@@ -143,11 +140,7 @@ impl<'a> Table<'a> {
 
     /// The filled table.
     pub fn lines(self) -> Vec<Line<'static>> {
-        let is_empty =
-            |line: &Line<'_>| line.spans.iter().all(|span| span.content.trim().is_empty());
-        let rows = self.rows.into_iter();
-        let needed = rows.filter(|(row, line)| *row != Row::Rest || !is_empty(line));
-        needed.map(|(_, line)| line).collect()
+        self.rows.into_iter().map(|(_, line)| line).collect()
     }
 
     fn push(&mut self, row: Row, span: Span<'static>) {
@@ -164,8 +157,7 @@ impl<'a> Table<'a> {
     fn head(&mut self, name: &str, shown: bool) {
         // A gap behind it, but for the last column.
         let gap = usize::from(name != BUILT_IN);
-        let room = self.width.saturating_sub(gap);
-        let (name, more) = in_two(name, room.max(1));
+        let name = fit(name, self.width.saturating_sub(gap));
         let style = if shown {
             Style::new()
                 .fg(self.color)
@@ -173,12 +165,9 @@ impl<'a> Table<'a> {
         } else {
             Style::new().fg(self.color)
         };
-        for (row, words) in [(Row::Head, name), (Row::Rest, more)] {
-            let words = fit(&words, self.width);
-            let rest = " ".repeat(self.width.saturating_sub(words.width()));
-            self.push(row, Span::styled(words, style));
-            self.push(row, Span::raw(rest));
-        }
+        let rest = " ".repeat(self.width.saturating_sub(name.width()));
+        self.push(Row::Head, Span::styled(name, style));
+        self.push(Row::Head, Span::raw(rest));
     }
 
     /// The built-in judge, about the window at the current step.
@@ -358,21 +347,12 @@ impl<'a> Table<'a> {
                     verdict.dangerous == truth.dangerous,
                 );
                 self.cell(Row::Says, &text, style);
-                let foremost = verdict.foremost().map(|(id, _)| id);
-                let who = who(verdict);
-                let right = |id| {
-                    truth.foremost().map(|(id, _)| id) == Some(id) || truth.danger().contains(&id)
-                };
-                let same = !truth.dangerous || foremost.is_some_and(right);
-                let (text, style) = match foremost {
-                    Some(id) if truth.dangerous && verdict.dangerous => mark(id.to_string(), same),
-                    _ => (who, base),
+                let (text, style) = match names_right(verdict, truth) {
+                    Some(right) => mark(who(verdict), right),
+                    None => (who(verdict), base),
                 };
                 self.cell(Row::Who, &text, style);
-                let exact = verdict
-                    .foremost()
-                    .and_then(|(id, score)| score.zip(Assessment::of(truth, id)?.score));
-                let (text, style) = match exact {
+                let (text, style) = match foremost_scores(verdict, truth) {
                     Some((stated, exact)) if stated != exact => {
                         let (text, style) = mark(stated.to_string(), false);
                         (format!("{text} {exact}"), style)
@@ -419,38 +399,6 @@ pub fn is_imported(column: &Column) -> bool {
     past.is_some_and(|past| past.origin == Origin::Recorded)
 }
 
-/// Signs that part words.
-const PARTING: [char; 5] = ['-', '/', ':', '_', '…'];
-
-/// A name in two lines of so many columns, cut behind a sign that parts words, where there is one.
-fn in_two(name: &str, width: usize) -> (String, String) {
-    if name.width() <= width {
-        return (name.into(), String::new());
-    }
-    let mut used = 0;
-    let (mut cut, mut whole) = (0, 0);
-    for (at, c) in name.char_indices() {
-        used += unicode_width::UnicodeWidthChar::width(c).unwrap_or(0);
-        if used > width {
-            break;
-        }
-        whole = at + c.len_utf8();
-        if PARTING.contains(&c) {
-            cut = whole;
-        }
-    }
-    // What is left has to fit, too.
-    let fits = |cut: usize| cut > 0 && name[cut..].width() <= width;
-    if fits(cut) {
-        return (name[..cut].into(), name[cut..].into());
-    }
-    // No word is broken without a mark.
-    match name.rfind(PARTING).filter(|last| *last >= whole) {
-        Some(last) if fits(last) => (fit(name, width), name[last..].into()),
-        _ => (name[..whole].into(), name[whole..].into()),
-    }
-}
-
 /// Whom a verdict means: the obstacle that matters most; none where nothing happens.
 fn who(verdict: &Verdict) -> String {
     let who = verdict.foremost().filter(|_| verdict.dangerous);
@@ -469,20 +417,4 @@ fn steps(told: Option<(i64, i64)>) -> String {
 
 fn yes(dangerous: bool) -> &'static str {
     if dangerous { "yes" } else { "no" }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::in_two;
-
-    #[test]
-    fn no_word_of_a_name_is_broken_without_a_mark() {
-        let two = |name, width| {
-            let (first, second) = in_two(name, width);
-            format!("{first} {second}")
-        };
-        assert_eq!(two("a example-a", 7), "a exam… -a");
-        assert_eq!(two("a sage-70b", 7), "a sage- 70b");
-        assert_eq!(two("a sage", 7), "a sage ");
-    }
 }

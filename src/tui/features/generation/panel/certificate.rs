@@ -26,12 +26,14 @@ pub struct Certified<'a> {
 impl Certified<'_> {
     /// Adds what the good driver does, and with which reaction times.
     pub fn add_to(&self, lines: &mut Lines, theme: &Theme) {
-        lines.title(match self.driver {
-            Some(_) => "survivable: a good driver avoids it",
-            None => "no good driver was found who avoids it",
+        let peak = self.driver.and_then(|driver| driver.max_acceleration);
+        let used = peak.map_or(String::new(), |peak| format!(", with up to {peak:.1} m/s²"));
+        lines.title(&match self.driver {
+            Some(_) => format!("an ideal driver avoids it{used}"),
+            None => "no way was found to avoid it".into(),
         });
         if let Some(driver) = self.driver {
-            self.drive(lines, driver);
+            self.drive(lines, theme, driver);
         }
         let delays = self.delays.iter();
         let survived = delays.filter(|(_, why)| why.is_none());
@@ -54,7 +56,7 @@ impl Certified<'_> {
         }
     }
 
-    fn drive(&self, lines: &mut Lines, driver: &EvasionRecord) {
+    fn drive(&self, lines: &mut Lines, theme: &Theme, driver: &EvasionRecord) {
         let time = |step: i64| step as f64 * self.dt;
         lines.say("does", &manoeuvre_words(driver));
         if let Some(step) = driver.departs_after_step {
@@ -71,17 +73,17 @@ impl Certified<'_> {
         }
         if let Some(peak) = driver.max_acceleration {
             let people = HumanLimits::for_kind(ObstacleType::Car).braking;
-            let beside = if peak > people {
-                format!("; a human driver brakes with up to {people:.1}")
-            } else {
-                String::new()
-            };
-            let words = format!("{peak:.1} m/s² along and across together{beside}");
-            lines.say("peak", &words);
+            let mut words = format!("{peak:.1} m/s² along and across together");
+            let mut style = Style::new();
+            if peak > people {
+                words.push_str(&format!("; a human driver brakes with up to {people:.1}"));
+                style = style.fg(theme.warning);
+            }
+            lines.say_in("peak", &words, style);
         }
         lines.say(
             "driver",
-            "ideal: it knows all motions to come (`nearmiss help generating`)",
+            "the good driver is ideal: it knows all motions to come",
         );
         if let Some(last) = driver.ends.last_step {
             let words = format!(

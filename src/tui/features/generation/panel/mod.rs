@@ -136,8 +136,8 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     let kept = match model.generation.files(&shown.made) {
         Some(files) => format!("in {}", visible(files)),
         None => {
-            let key = model.look.key(Action::Palette);
-            format!("until you quit; save-variant in the palette ({key}) writes it")
+            let key = model.look.key(Action::SaveVariant);
+            format!("until you quit; {key} writes it")
         }
     };
     lines.plain(&kept);
@@ -167,13 +167,15 @@ fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
         if made.effect.attackers.len() > 1 {
             lines.say(&attacker.obstacle.to_string(), &nearness_words(attacker));
         }
+        let (from, until) = (attacker.from, attacker.until);
         match asked {
-            Motion::Manoeuvre(manoeuvre) => lines.say("manoeuvre", &manoeuvre_words(manoeuvre)),
+            Motion::Manoeuvre(manoeuvre) => {
+                lines.say("manoeuvre", &manoeuvre_words(manoeuvre, until as f64 * dt));
+            }
             Motion::Waypoints(points) => {
                 lines.say("manoeuvre", &format!("follows {} waypoints", points.len()));
             }
         }
-        let (from, until) = (attacker.from, attacker.until);
         let seconds = from as f64 * dt;
         let words = format!("after step {from} ({seconds:.1} s), up to step {until}");
         lines.say("changed", &words);
@@ -212,8 +214,9 @@ fn change(before: Option<u8>, after: Option<u8>) -> String {
     format!("{} → {}", score(before), score(after))
 }
 
-fn manoeuvre_words(m: &Manoeuvre) -> String {
-    let end = m.start + m.duration;
+/// A manoeuvre in words; what was asked for may last longer than the attacker moves, `until` so many seconds.
+fn manoeuvre_words(m: &Manoeuvre, until: f64) -> String {
+    let end = (m.start + m.duration).min(until);
     let mut words = format!("{}, {:.2}–{end:.2} s", m.kind.name(), m.start);
     if let Some(gap) = m.gap {
         words.push_str(&format!(", gap {gap:.2} m"));
@@ -253,23 +256,14 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         change(before, after)
     );
     lines.say("risk", &risk);
-    if let Some(found) = &made.plausibility {
-        let beside = found.log_likelihood - found.recorded;
-        let words = format!(
-            "log-likelihood {beside:+.1} nats/s against recorded ones; 0 is like them, less is stranger"
-        );
-        lines.say("motion", &words);
-    }
     if let Some(distance) = effect.distance() {
         lines.say(
             "distance",
             &format!("{} m, the smallest", hundredths(distance)),
         );
     }
-    lines.say(
-        "no attack",
-        &format!("its drive ends: {}", made.closed.baseline().drive().outcome),
-    );
+    let without = &made.closed.baseline().drive().outcome;
+    lines.say("original", &format!("without the attack: {without}"));
 }
 
 fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
@@ -414,9 +408,9 @@ fn saved_text(model: &Model, saved: &SavedVariant, width: usize) -> Text<'static
         lines.say("contact", &words);
     }
     let ends = spoken(&manifest.drive.ended_with);
-    lines.say("ego", &format!("its drive ends: {ends}"));
+    lines.say("ego", &format!("with the attack: {ends}"));
     let without = spoken(&manifest.baseline.ended_with);
-    lines.say("no attack", &format!("its drive ends: {without}"));
+    lines.say("original", &format!("without the attack: {without}"));
     certificates(&mut lines, model, saved);
     lines.title("the attack");
     for attacker in &manifest.attackers {

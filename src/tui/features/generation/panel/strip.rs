@@ -60,7 +60,7 @@ fn drives<'a>(model: &Model, strip: &VariantStrip<'a>) -> Vec<Drive<'a>> {
         ("attack", theme.danger, Dash::Solid, strip.attack),
     ];
     let survived = strip.survived;
-    drives.extend(survived.map(|drive| ("good driver", theme.safe, Dash::Dashed, drive)));
+    drives.extend(survived.map(|drive| ("good driver", theme.ego, Dash::Dashed, drive)));
     drives
 }
 
@@ -117,14 +117,12 @@ fn draw_gaps(
         }));
         parts
     };
-    // All are named; where there is little room without their lines, which have their names at their ends, too.
+    // All are named or none: where there is little room, their names stand at the ends of their lines alone.
     let room = usize::from(area.width).saturating_sub(4);
-    let full = fitting(named(true), usize::MAX);
-    let mut title = if full.width() <= room {
-        full
-    } else {
-        fitting(named(false), room)
-    };
+    let titles = [true, false].map(|signs| fitting(named(signs), usize::MAX));
+    let title = titles.into_iter().find(|title| title.width() <= room);
+    let mut title =
+        title.unwrap_or_else(|| fitting(named(false).into_iter().take(1).collect(), room));
     title.spans.insert(0, " ".into());
     title.push_span(" ");
     let block = Block::bordered()
@@ -170,7 +168,7 @@ fn title(
         .map(|j| j.verdict.dangerous);
     let (words, ending) = match verdict {
         Some(true) => (" · X collision", model.theme.danger),
-        Some(false) => (" · no contact", model.theme.safe),
+        Some(false) => (" · no contact", model.theme.text),
         None => ("", model.theme.dim),
     };
     let name = match moment.driven {

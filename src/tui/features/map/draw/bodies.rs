@@ -12,7 +12,7 @@ use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::{Goal, Position, Sign, SignMeaning, SignalColor};
 use ratatui::style::{Color, Modifier, Style};
 
-use crate::features::map::draw::labels::LabelPlacer;
+use crate::features::map::draw::labels::{Body, LabelPlacer};
 use crate::loaded::{CycleShown, Opened};
 use crate::model::{Foreseen, Measurement, Model, Moment, On, Tape};
 use crate::widgets::words::hundredths;
@@ -43,11 +43,6 @@ pub fn arrows(
             style = style.add_modifier(Modifier::BOLD);
         }
         let pose = body.motion.pose;
-        let middle = if body.stands {
-            pose.position
-        } else {
-            body.point(body.part(0.5), 0.0)
-        };
         let glyph = if body.stands {
             "▪"
         } else {
@@ -58,7 +53,16 @@ pub fn arrows(
             (true, false) => format!("[{glyph}]"),
             (false, _) => glyph.into(),
         };
-        board.put(view.at(&middle), &glyph, style);
+        board.put(view.at(&middle(body)), &glyph, style);
+    }
+}
+
+/// Where the arrow of a body stands.
+fn middle(body: &nearmiss_render::scene::Body<'_>) -> Point {
+    if body.stands {
+        body.motion.pose.position
+    } else {
+        body.point(body.part(0.5), 0.0)
     }
 }
 
@@ -67,7 +71,7 @@ pub fn is_hollow(look: &Appearance<'_>) -> bool {
     look.style == MapStyle::Braille && !look.has_colors()
 }
 
-/// Where the ego touches others: what matters most on the map.
+/// Where the ego touches others: what matters most on the map. The arrows of both stay in sight below it.
 pub fn contacts(
     board: &mut LabelPlacer<'_>,
     look: &Appearance<'_>,
@@ -78,8 +82,14 @@ pub fn contacts(
         .fg(look.theme.danger)
         .bg(look.theme.map_ground)
         .add_modifier(Modifier::BOLD | Modifier::REVERSED);
+    let tiny = scene.bodies.iter().chain(&scene.ego);
+    let tiny = tiny.filter(|body| body.is_tiny(view.cell.0));
+    let arrows: Vec<_> = tiny.map(|b| board.cell(view.at(&middle(b)))).collect();
     for contact in &scene.contacts {
-        board.put(view.at(&contact.at), "×", style);
+        let at = view.at(&contact.at);
+        let above = (at.0, at.1 + view.cell.1);
+        let hides = arrows.contains(&board.cell(at)) && !arrows.contains(&board.cell(above));
+        board.put(if hides { above } else { at }, "×", style);
     }
 }
 
@@ -269,15 +279,8 @@ pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, 
         .fg(model.theme.ego)
         .add_modifier(Modifier::BOLD);
     let places = cycle.chosen.iter().step_by(cycle.second).skip(1);
-    let mut last = cycle.chosen.first().copied();
     for (place, second) in places.zip(1..10) {
-        // For a standing vehicle, all would fall into one cell.
-        if last.is_some_and(|last| (place - last).norm() < 2.0 * view.cell.0) {
-            continue;
-        }
-        if board.put_if_free(view.at(place), &format!("{second} s"), style) {
-            last = Some(*place);
-        }
+        board.put_if_apart(view.at(place), &format!("{second} s"), style);
     }
 }
 
@@ -358,19 +361,24 @@ pub fn labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view:
         let Some(at) = place(opened, goal, view) else {
             continue;
         };
+        let corners = corners(goal, view);
+        let region = Body::around(corners.iter().copied()).map(|around| board.cells(&around));
         // Where vehicles hide its middle, beside a corner.
-        let at = view.at(&at);
-        let corners = corners(goal, view).into_iter();
-        let spots: Vec<(f64, f64)> = std::iter::once(at).chain(corners).collect();
+        let spots: Vec<(f64, f64)> = std::iter::once(view.at(&at)).chain(corners).collect();
         // All of it where there is room, else when, else at least that it is a goal.
         let (all, when) = (
             goal_label(goal, dt),
             format!("goal {}", goal_seconds(goal, dt)),
         );
-        let mut texts = [all.as_str(), &when, "goal"].into_iter();
+        let texts = [all.as_str(), &when, "goal"];
+        let texts = texts.map(|text| if board.has_room(text) { text } else { "" });
+        if region.is_some_and(|region| board.beside(&region, &texts, style)) {
+            continue;
+        }
+        let mut texts = texts.into_iter().filter(|text| !text.is_empty());
         texts.any(|text| {
             let mut spots = spots.iter();
-            board.has_room(text) && spots.any(|at| board.beside_point(*at, text, style))
+            spots.any(|at| board.beside_point(*at, text, style))
         });
     }
 }
@@ -510,7 +518,7 @@ pub fn label(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, vi
 fn tape_label(tape: &Tape, measured: &Measurement) -> Vec<String> {
     let mut words = vec![format!("{} m", hundredths(measured.gap.metres))];
     if let (Some(seconds), Some(speed)) = (measured.seconds, measured.speed) {
-        words.push(format!("{seconds:.1} s at {speed:.1} m/s"));
+        words.push(format!("{seconds:.1} s at the ego's {speed:.1} m/s"));
     }
     if measured.bodies > 0 {
         let name = |on: Option<On>| match on {

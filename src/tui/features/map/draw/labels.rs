@@ -1,8 +1,8 @@
 //! Places the labels of obstacles, and draws the legend.
 
-use nearmiss_base::geometry::{Bounds, Point, ring_within};
-use nearmiss_render::cells::{MapStyle, attacker_color};
-use nearmiss_render::scene::{Importance, LineStyle, MAX_NAMED, MapScene, Owner, Role};
+use nearmiss_base::geometry::{Bounds, Point, Vector, ring_within};
+use nearmiss_render::cells::{MapStyle, attacker_color, heading_arrow};
+use nearmiss_render::scene::{GoalArea, Importance, LineStyle, MAX_NAMED, MapScene, Owner, Role};
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -12,7 +12,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::features::map::draw::CellView;
 use crate::features::map::draw::bodies::Placed;
-use crate::model::{Foreseen, Foresight, Model, Moment, Trails};
+use crate::model::{Foreseen, Foresight, Model, Moment, On, Trails};
 
 struct Label {
     text: String,
@@ -76,9 +76,26 @@ pub fn draw(
         // Where there is little room it loses words.
         let shorter = label.text.replace(" contact ", " ");
         let shortest = shorter.rsplit_once(' ').map_or("", |(start, _)| start);
-        let mut texts = [&label.text, &shorter, shortest].into_iter();
-        texts.any(|text| text.len() > 1 && board.beside(&label.body, text, label.style));
+        let texts = [label.text.as_str(), &shorter, shortest]
+            .map(|text| if text.len() > 1 { text } else { "" });
+        board.beside(&label.body, &texts, label.style);
     }
+}
+
+/// Where the picked obstacle is, if it is beside the map: an arrow towards it at the edge, with its id.
+pub fn beyond(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
+    let Some(id) = model.picked else { return };
+    let body = moment.opened.body_of(On::Obstacle(id), moment.step);
+    let Some(at) = body.map(|body| body.pose.position) else {
+        return;
+    };
+    if view.sees_point(&at) {
+        return;
+    }
+    let (x, y) = view.at(&at);
+    let arrow = heading_arrow(&Vector::new(x, y));
+    let style = { Style::new().fg(model.theme.picked) }.add_modifier(Modifier::BOLD);
+    board.at_edge((x, y), &[&format!("{arrow} {id}"), arrow], style);
 }
 
 /// Keeps words away from bodies.
@@ -93,6 +110,33 @@ pub fn reserve_bodies(board: &mut LabelPlacer<'_>, scene: &MapScene<'_>, view: &
         board.taken.extend(&rows);
         board.bodies.push((board.cells(&around), rows));
     }
+}
+
+/// Keeps words, where there is room elsewhere, away from where the ego goes and from the regions of goals.
+pub fn avoid_ways(
+    board: &mut LabelPlacer<'_>,
+    moment: &Moment<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    let trails = scene
+        .trails
+        .iter()
+        .filter(|trail| trail.owner == Owner::Ego);
+    let recorded = trails.flat_map(|trail| trail.future.iter().map(|(_, m)| m.pose.position));
+    let planned = moment
+        .cycle()
+        .into_iter()
+        .flat_map(|cycle| cycle.chosen.iter().copied());
+    let ways = recorded.chain(planned).filter(|p| view.sees_point(p));
+    let mut avoided: Vec<Area> = ways.map(|p| board.cell(view.at(&p))).collect();
+    for goal in &scene.goals {
+        if let GoalArea::Region(rings) = goal {
+            avoided.extend(rings.iter().flat_map(|ring| board.rows(ring, view)));
+        }
+    }
+    avoided.dedup();
+    board.avoided = avoided;
 }
 
 /// Cells that no screen has.
@@ -159,12 +203,20 @@ pub struct LabelPlacer<'a> {
     /// Behind words, where the road has a colour.
     ground: Option<Color>,
     taken: Vec<Area>,
+    /// What is written.
+    words: Vec<Area>,
+    /// What words hide only where there is no room elsewhere.
+    avoided: Vec<Area>,
     /// What the cells of each body are in, and they row by row.
     bodies: Vec<(Area, Vec<Area>)>,
 }
 
 /// The part of the map's width that a long label may take: a third.
 const SHARE: i32 = 3;
+/// Columns by which another body is farther from words than the one they name, so that nobody takes them for its name.
+const APART: i32 = 2;
+/// Parts of the way from the middle of the map to its edge at which words about what is beside it may stand.
+const NEARER: [f64; 4] = [1.0, 0.9, 0.8, 0.7];
 
 impl<'a> LabelPlacer<'a> {
     pub fn new(buffer: &'a mut Buffer, area: Rect, view: &CellView, ground: Option<Color>) -> Self {
@@ -175,6 +227,8 @@ impl<'a> LabelPlacer<'a> {
             half: view.half,
             ground,
             taken: Vec::new(),
+            words: Vec::new(),
+            avoided: Vec::new(),
             bodies: Vec::new(),
         }
     }
@@ -251,11 +305,54 @@ impl<'a> LabelPlacer<'a> {
         free
     }
 
-    fn centered(&self, (x, y): (f64, f64), words: &str) -> Area {
-        let cell = self.cells(&Body {
+    /// The same, where no words are in the rows above and below either.
+    pub fn put_if_apart(&mut self, at: (f64, f64), words: &str, style: Style) -> bool {
+        let area = self.centered(at, words);
+        let around = Area {
+            y: (area.y.0 - 1, area.y.1 + 1),
+            ..area
+        };
+        !self.words.iter().any(|other| other.meets(&around)) && self.put_if_free(at, words, style)
+    }
+
+    /// Writes the first of these words that has room where the way from the middle to a point beside the map leaves it,
+    /// or a little nearer to the middle; the last ones over anything.
+    pub fn at_edge(&mut self, (x, y): (f64, f64), words: &[&str], style: Style) {
+        let least = (self.half.0 / x.abs()).min(self.half.1 / y.abs());
+        let (columns, rows) = (i32::from(self.area.width), i32::from(self.area.height));
+        let place = |board: &Self, part: f64, words: &str| {
+            let area = board.centered((x * least * part, y * least * part), words);
+            let width = area.x.1 - area.x.0;
+            let left = area.x.0.clamp(0, (columns - width).max(0));
+            let top = area.y.0.clamp(0, (rows - 1).max(0));
+            Area {
+                x: (left, left + width),
+                y: (top, top + 1),
+            }
+        };
+        for words in words {
+            let areas = NEARER.map(|part| place(self, part, words));
+            if let Some(area) = areas.into_iter().find(|area| self.is_free(area)) {
+                return self.write(area, words, self.grounded(style));
+            }
+        }
+        let Some(words) = words.last() else { return };
+        let area = place(self, 1.0, words);
+        if self.inside(&area) {
+            self.write(area, words, self.grounded(style));
+        }
+    }
+
+    /// The cell of a point of the canvas.
+    pub fn cell(&self, (x, y): (f64, f64)) -> Area {
+        self.cells(&Body {
             x: (x, x),
             y: (y, y),
-        });
+        })
+    }
+
+    fn centered(&self, at: (f64, f64), words: &str) -> Area {
+        let cell = self.cell(at);
         let width = columns(words);
         let left = cell.x.0 - (width - 1) / 2;
         Area {
@@ -269,22 +366,35 @@ impl<'a> LabelPlacer<'a> {
         columns(words) * SHARE <= i32::from(self.area.width)
     }
 
-    /// Writes words beside a body, where they cover neither anything written nor anything reserved and no other body is
-    /// nearer to them; says whether there was room.
-    pub fn beside(&mut self, body: &Area, words: &str, style: Style) -> bool {
-        let free: Vec<(Area, i32)> = { spots(body, columns(words)).into_iter() }
-            .filter(|area| self.is_free(area))
-            .map(|area| (area, self.nearest_other(body, &area) - area.distance(body)))
+    /// Writes the first of these words that has room beside a body, where they cover neither anything written nor anything
+    /// reserved and no other body is nearer to them; fewer words far from others before more words between them. Says
+    /// whether there was room.
+    pub fn beside(&mut self, body: &Area, texts: &[&str], style: Style) -> bool {
+        let free = |words: &&str| -> Vec<(Area, i32)> {
+            let spots = spots(body, columns(words)).into_iter();
+            let free = spots.filter(|area| !words.is_empty() && self.is_free(area));
+            free.map(|area| (area, self.nearest_other(body, &area) - area.distance(body)))
+                .collect()
+        };
+        let all: Vec<(&str, Vec<(Area, i32)>)> = { texts.iter() }
+            .map(|words| (*words, free(words)))
             .collect();
         // Best where they are not taken for the name of another one; what is only an outline may have its name there alone.
         let is_body = self.bodies.iter().any(|(around, _)| around == body);
-        let least = if is_body { [1, 0] } else { [1, 1] };
-        let area = { least.into_iter() }
-            .find_map(|least| free.iter().find(|(_, margin)| *margin >= least));
-        if let Some((area, _)) = area {
-            self.write(*area, words, self.grounded(style));
+        let least = if is_body { 0 } else { 1 };
+        let best = [(APART, true), (1, true), (1, false), (least, false)]
+            .into_iter()
+            .find_map(|(least, clear)| {
+                let is_best = |(area, margin): &&(Area, i32)| {
+                    *margin >= least && (!clear || self.hides_nothing(area))
+                };
+                all.iter()
+                    .find_map(|(words, free)| Some((*words, free.iter().find(is_best)?.0)))
+            });
+        if let Some((words, area)) = best {
+            self.write(area, words, self.grounded(style));
         }
-        area.is_some()
+        best.is_some()
     }
 
     /// How far the nearest body but this one is.
@@ -297,21 +407,28 @@ impl<'a> LabelPlacer<'a> {
 
     /// Writes words beside a point of the canvas, where they cover neither anything written nor anything reserved; says
     /// whether there was room.
-    pub fn beside_point(&mut self, (x, y): (f64, f64), words: &str, style: Style) -> bool {
-        let cell = self.cells(&Body {
-            x: (x, x),
-            y: (y, y),
-        });
-        let mut spots = spots(&cell, columns(words)).into_iter();
-        let free = spots.find(|area| self.is_free(area));
-        if let Some(area) = free {
-            self.write(area, words, self.grounded(style));
+    pub fn beside_point(&mut self, at: (f64, f64), words: &str, style: Style) -> bool {
+        let cell = self.cell(at);
+        let free: Vec<Area> = { spots(&cell, columns(words)).into_iter() }
+            .filter(|area| self.is_free(area))
+            .collect();
+        // Best where they are not taken for the name of a body.
+        let is_clear = |area: &&Area| self.hides_nothing(area);
+        let is_apart = |area: &&Area| is_clear(area) && self.nearest_other(&cell, area) >= APART;
+        let best = free.iter().find(is_apart);
+        let best = best.or(free.iter().find(is_clear)).or(free.first());
+        if let Some(area) = best {
+            self.write(*area, words, self.grounded(style));
         }
-        free.is_some()
+        best.is_some()
     }
 
     fn grounded(&self, style: Style) -> Style {
         self.ground.map_or(style, |ground| style.bg(ground))
+    }
+
+    fn hides_nothing(&self, area: &Area) -> bool {
+        !self.avoided.iter().any(|other| other.meets(area))
     }
 
     fn is_free(&self, area: &Area) -> bool {
@@ -333,6 +450,7 @@ impl<'a> LabelPlacer<'a> {
         }
         self.buffer.set_string(x, y, words, style);
         self.taken.push(area.wider());
+        self.words.push(area.wider());
     }
 }
 
@@ -538,14 +656,62 @@ mod tests {
             board.taken.push(body);
             board.bodies.push((body, vec![body]));
         }
-        assert!(board.beside(&ours, "one", Style::new()));
-        assert!(!board.beside(&ours, "again", Style::new()), "nearer to two");
-        assert!(board.beside(&other, "two", Style::new()));
+        assert!(board.beside(&ours, &["one"], Style::new()));
+        assert!(
+            !board.beside(&ours, &["again"], Style::new()),
+            "nearer to two"
+        );
+        assert!(board.beside(&other, &["two"], Style::new()));
         let rows: Vec<String> = { buffer.content.chunks(18) }
             .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
             .collect();
         assert_eq!(rows[0].trim_end(), "          two");
         assert_eq!(rows[1].trim_end(), "one");
+    }
+
+    #[test]
+    fn names_leave_the_way_ahead_free_while_there_is_room_elsewhere() {
+        let area = Rect::new(0, 0, 18, 2);
+        let view = CellView::new(Pose::new(0.0, 0.0, 0.0), (9.0, 2.0), (1.0, 2.0));
+        let mut buffer = Buffer::empty(area);
+        let mut board = LabelPlacer::new(&mut buffer, area, &view, None);
+        let body = Area {
+            x: (8, 12),
+            y: (0, 1),
+        };
+        board.taken.push(body);
+        board.bodies.push((body, vec![body]));
+        // To its right.
+        board.avoided.push(Area {
+            x: (12, 18),
+            y: (0, 1),
+        });
+        assert!(board.beside(&body, &["ego"], Style::new()));
+        assert!(board.beside(&body, &["too long for this map", "two"], Style::new()));
+        let rows: Vec<String> = { buffer.content.chunks(18) }
+            .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
+            .collect();
+        assert_eq!(&rows[0][..8], "    ego ");
+        assert!(rows[1].contains("two"));
+    }
+
+    #[test]
+    fn what_is_beside_the_map_is_named_at_its_edge() {
+        let area = Rect::new(0, 0, 18, 3);
+        let view = CellView::new(Pose::new(0.0, 0.0, 0.0), (9.0, 3.0), (1.0, 2.0));
+        let mut buffer = Buffer::empty(area);
+        let mut board = LabelPlacer::new(&mut buffer, area, &view, None);
+        board.at_edge((-40.0, 0.0), &["← 7", "←"], Style::new());
+        board.at_edge((40.0, 15.0), &["↗ 8", "↗"], Style::new());
+        // The edge is taken: the arrow alone is written over it.
+        board.at_edge((-40.0, 0.0), &["← a long name", "⇐"], Style::new());
+        let rows: Vec<String> = { buffer.content.chunks(18) }
+            .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
+            .collect();
+        assert_eq!(
+            rows,
+            ["               ↗ 8", "⇐ 7               ", &" ".repeat(18)]
+        );
     }
 
     #[test]

@@ -108,7 +108,7 @@ impl Begun<'_> {
             Shown::Two(maps) => {
                 let [first, second] = maps.map(|(map, row)| {
                     let (moment, size) = (map.moment, (map.area.width, map.area.height));
-                    let placed = map.end(f, model, true);
+                    let placed = map.end(f, model);
                     let cell = model.camera_of(size, &moment).cell;
                     draw_status(f, row, model, &moment, Some(cell));
                     placed
@@ -117,7 +117,7 @@ impl Begun<'_> {
             }
             Shown::One(map) => {
                 let moment = map.moment;
-                let placed = map.end(f, model, true);
+                let placed = map.end(f, model);
                 let cell = model.camera_of((inner.width, inner.height), &moment).cell;
                 (draw_status(f, border, model, &moment, Some(cell)), placed)
             }
@@ -189,11 +189,11 @@ fn one<'a>(
 ) -> Painted<'a> {
     let view = seen(model, area, &moment);
     register(model, area, view.frame, view.cell, second);
-    Painted::begin(f, area, model, moment, view)
+    Painted::begin(f, area, model, moment, view, true)
 }
 
 /// A map in cells that the mouse does not reach, as another moment is seen; among several of them goals have no labels,
-/// which would have room in some alone.
+/// which would have room in some alone, nor lines, which nothing would tell from others.
 pub fn still(
     f: &mut Frame<'_>,
     area: Rect,
@@ -203,7 +203,7 @@ pub fn still(
 ) {
     if area.width >= 4 && area.height >= 2 {
         let view = seen(model, area, as_of);
-        Painted::begin(f, area, model, *moment, view).end(f, model, false);
+        Painted::begin(f, area, model, *moment, view, false).end(f, model);
     }
 }
 
@@ -214,6 +214,8 @@ struct Painted<'a> {
     moment: Moment<'a>,
     scene: MapScene<'a>,
     cells: Painting,
+    /// Whether goals have labels.
+    goals: bool,
 }
 
 impl<'a> Painted<'a> {
@@ -223,11 +225,15 @@ impl<'a> Painted<'a> {
         model: &'a Model,
         moment: Moment<'a>,
         view: CellView,
+        goals: bool,
     ) -> Self {
         let look = look(model);
         let page = page(&view, area, look.style.samples());
         let request = request(model, &moment, page.viewport());
-        let scene = with_layers(MapScene::new(&request), model, &moment);
+        let mut scene = with_layers(MapScene::new(&request), model, &moment);
+        if !goals && !look.style.has_backgrounds() {
+            scene.goals.clear();
+        }
         let (palette, theme) = inks(model);
         let workbench = WorkbenchMap {
             theme: &theme,
@@ -243,17 +249,19 @@ impl<'a> Painted<'a> {
             view,
             moment,
             scene,
+            goals,
         }
     }
 
-    /// Shows it with what stands on it, goals with their labels or without.
-    fn end(self, f: &mut Frame<'_>, model: &Model, goals: bool) -> bodies::Placed {
+    /// Shows it with what stands on it.
+    fn end(self, f: &mut Frame<'_>, model: &Model) -> bodies::Placed {
         let Self {
             area,
             view,
             moment,
             scene,
             cells,
+            goals,
         } = self;
         cells.show(f.buffer_mut());
         let look = look(model);
@@ -262,6 +270,9 @@ impl<'a> Painted<'a> {
         let lights = write(&mut board, model, &moment, &scene, &view);
         if goals {
             bodies::labels(&mut board, model, moment.opened, &view);
+        }
+        if scene.contacts.is_empty() {
+            bodies::seconds(&mut board, model, &moment, &view);
         }
         let posts = bodies::signs(&mut board, model, &scene, &view);
         bodies::Placed { lights, posts }
@@ -361,14 +372,13 @@ fn write(
     bodies::arrows(board, look, scene, view);
     bodies::contacts(board, look, scene, view);
     labels::reserve_bodies(board, scene, view);
+    labels::avoid_ways(board, moment, scene, view);
     let lights = bodies::lights(board, model, scene, view);
     bodies::tape_ends(board, model, moment, view);
+    labels::beyond(board, model, moment, view);
     labels::draw(board, model, moment, scene, view);
     bodies::label(board, model, moment, view);
     names(board, look, scene, view);
-    if scene.contacts.is_empty() {
-        bodies::seconds(board, model, moment, view);
-    }
     bodies::ends(board, model, moment, view);
     lights
 }
@@ -441,7 +451,7 @@ fn why(model: &Model, map: &str, room: usize) -> Line<'static> {
     let hazard = moment.hazard.to_string();
     let brief = hazard.split(';').next().unwrap_or_default();
     let [briefer, briefest] =
-        [", ", " at constant speed"].map(|from| brief.split(from).next().unwrap_or_default());
+        [", ", " at constant"].map(|from| brief.split(from).next().unwrap_or_default());
     let briefest = if briefest == brief { briefer } else { briefest };
     let when = if is_now {
         String::new()
@@ -505,7 +515,7 @@ fn names(
         if let Some(body) = Body::around(corners) {
             let cells = board.cells(&body);
             let style = Style::new().fg(look.color(outline.role));
-            board.beside(&cells, name, style.add_modifier(Modifier::BOLD));
+            board.beside(&cells, &[name], style.add_modifier(Modifier::BOLD));
         }
     }
 }
@@ -582,9 +592,9 @@ fn picked_in_words(model: &Model, moment: &Moment<'_>, room: usize) -> String {
         absent(obstacle, step, opened.scenario.dt()).map(|when| [when, "absent".into()]),
         distance.map(|d| [format!("{d} m away"), format!("{d} m")]),
         value("ttc").map(|t| alone(format!("TTC {} s", hundredths(t)))),
-        speed.map(|speed| alone(format!("{speed:.1} m/s"))),
     ];
-    let mut text = format!("{} {}", obstacle.kind.words(), obstacle.id);
+    let name = format!("{} {}", obstacle.kind.words(), obstacle.id);
+    let mut text = name.clone();
     if text.width() > room {
         return String::new();
     }
@@ -596,6 +606,12 @@ fn picked_in_words(model: &Model, moment: &Moment<'_>, room: usize) -> String {
         };
         text.push_str(" · ");
         text.push_str(part);
+    }
+    if let Some(speed) = speed {
+        let words = format!(" at {speed:.1} m/s");
+        if text.width() + words.width() <= room {
+            text.insert_str(name.len(), &words);
+        }
     }
     text
 }

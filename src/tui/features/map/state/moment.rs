@@ -1,6 +1,6 @@
 //! The moments that the map shows: now, and a second one beside it.
 
-use nearmiss_base::geometry::{Point, Pose, Vector};
+use nearmiss_base::geometry::{Pose, Vector};
 use nearmiss_render::Variations;
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::Headline;
@@ -451,6 +451,10 @@ const FARTHEST: f64 = 4.0;
 const STEP: f64 = 1.1;
 /// Around the middle of a body, metres, for the body and a part of its name.
 const BODY_MARGIN: f64 = 5.0;
+/// At most, around a contact: both bodies are large.
+const AT_CONTACT: f64 = 0.55;
+/// Around the outlines of both, metres.
+const CONTACT_MARGIN: f64 = 1.5;
 
 impl Model {
     /// Two maps in an area, along the road that the ego is on; without an ego as little elongated as possible.
@@ -465,8 +469,8 @@ impl Model {
         Halves::new(area, across)
     }
 
-    /// The camera of a map of so many columns and rows at a moment. Until the user zooms, it shows the ego, and the
-    /// picked obstacle or else the most dangerous one, as near as possible.
+    /// The camera of a map of so many columns and rows at a moment. Until the user zooms, it shows the ego, and who
+    /// touches it, else the picked obstacle or the most dangerous one, as near as possible.
     #[must_use]
     pub fn camera_of(&self, size: (u16, u16), moment: &Moment<'_>) -> Camera {
         let mut camera = self.camera.clone();
@@ -479,12 +483,20 @@ impl Model {
         };
         let (columns, rows) = (f64::from(size.0.max(1)), f64::from(size.1.max(1)));
         camera.shift = Vector::zeros();
-        camera.cell = NEAREST.max(camera.least / columns);
         let frame = camera.frame(Some(ego));
-        for place in self.places_of_others(moment) {
-            let to = frame.to_local(&place);
-            let needs = ((to.y.abs() + 2.0 * BODY_MARGIN) / columns)
-                .max((to.x.abs() + 2.0 * BODY_MARGIN) / (rows * camera.aspect));
+        let touching = self.touching(moment);
+        let contact = touching.and_then(|id| contact_span(moment, id, &frame));
+        let widest = if contact.is_some() {
+            AT_CONTACT
+        } else {
+            f64::MAX
+        };
+        camera.cell = NEAREST.max((camera.least / columns).min(widest));
+        for (up, left) in contact
+            .into_iter()
+            .chain(self.spans_of_others(moment, &frame))
+        {
+            let needs = ((left.1 - left.0) / columns).max((up.1 - up.0) / (rows * camera.aspect));
             let steps = (needs / camera.cell).log(STEP).ceil().max(0.0);
             let cell = camera.cell * STEP.powf(steps);
             if !cell.is_finite() || cell > FARTHEST.max(camera.cell) {
@@ -492,29 +504,48 @@ impl Model {
             }
             camera.cell = cell;
             // As little off the middle as shows both.
-            let aside = |to: f64, length: f64| {
-                let by = (to.abs() + BODY_MARGIN - length / 2.0).max(0.0);
-                by.copysign(to)
+            let aside = |(low, high): Range, length: f64| {
+                (high - length / 2.0).max(0.0) + (low + length / 2.0).min(0.0)
             };
             camera.shift = Vector::new(
-                aside(to.x, rows * camera.row()),
-                aside(to.y, columns * camera.cell),
+                aside(up, rows * camera.row()),
+                aside(left, columns * camera.cell),
             );
             break;
         }
         camera
     }
 
-    /// Where the picked obstacle is, and the most dangerous one.
-    fn places_of_others(&self, moment: &Moment<'_>) -> impl Iterator<Item = Point> {
+    /// Who touches the ego at a moment, or beside a contact, then.
+    fn touching(&self, moment: &Moment<'_>) -> Option<i64> {
+        let step = match moment.reason {
+            Reason::Before | Reason::After => self.clock.step(),
+            _ => moment.step,
+        };
+        let first = moment.opened.contact().filter(|first| first.step == step);
+        let series = moment.opened.series.as_ref();
+        let nearest = series.and_then(|series| series.most_dangerous_at("distance", step));
+        let touching = nearest.filter(|(_, gap)| *gap <= 0.0);
+        first
+            .map(|first| first.obstacle)
+            .or(touching.map(|(id, _)| id))
+    }
+
+    /// What a map has to show of the picked obstacle and the ego, or of the most dangerous one.
+    fn spans_of_others(
+        &self,
+        moment: &Moment<'_>,
+        frame: &Pose,
+    ) -> impl Iterator<Item = (Range, Range)> {
         let headline = moment.opened.headline.as_ref();
         let worst = headline.and_then(Headline::worst);
         let all = self.picked.into_iter().chain(worst.map(|w| w.obstacle));
-        let motions = all.filter_map(|id| {
+        let around = |to: f64| (to.min(0.0) - BODY_MARGIN, to.max(0.0) + BODY_MARGIN);
+        all.filter_map(move |id| {
             let motion = moment.opened.motion_of(On::Obstacle(id), moment.step)?;
-            Some(motion.pose.position)
-        });
-        motions.collect::<Vec<_>>().into_iter()
+            let to = frame.to_local(&motion.pose.position);
+            Some((around(to.x), around(to.y)))
+        })
     }
 
     /// Takes over what the map showed last, so that keys and the mouse start from there.
@@ -524,6 +555,22 @@ impl Model {
             self.camera = camera;
         }
     }
+}
+
+/// From where to where, metres from the ego.
+type Range = (f64, f64);
+
+/// What a map has to show of a contact: both bodies, up the map and to its left.
+fn contact_span(moment: &Moment<'_>, obstacle: i64, frame: &Pose) -> Option<(Range, Range)> {
+    let bodies = [On::Ego, On::Obstacle(obstacle)].map(|on| moment.opened.body_of(on, moment.step));
+    let [Some(ego), Some(other)] = bodies else {
+        return None;
+    };
+    let span = |axis: Vector| {
+        let [a, b] = [&ego, &other].map(|body| body.extent(&frame.position, &axis));
+        (a.0.min(b.0) - CONTACT_MARGIN, a.1.max(b.1) + CONTACT_MARGIN)
+    };
+    Some((span(frame.forward()), span(frame.left())))
 }
 
 #[cfg(test)]

@@ -32,6 +32,8 @@ const LEAST: f64 = 0.8;
 /// The axis reaches to this many times the gap of the middle drive at the moment, and to this many metres at least.
 const REACH: f64 = 2.0;
 const NEAR: f64 = 2.0;
+/// A row between a name and the end of its line counts as so many columns.
+const ROW: u16 = 4;
 /// Columns that the plot keeps before names stand at the ends of lines.
 const COLUMNS: u16 = 36;
 
@@ -83,11 +85,6 @@ pub fn draw(
     };
     let axes = axes::draw(f, plot, &drawn);
     lines(f, &axes, &curves, false);
-    for (curve, whole) in curves.iter().zip(&all) {
-        let mut points = whole.runs.iter().flatten();
-        let there = points.find(|(time, _)| *time >= moment.time - 1e-6);
-        name(f, &axes, area, curve, there.map(|(_, gap)| *gap));
-    }
     // Steps of the clock outside of it say nothing here.
     let clock = model.clock.time();
     let now = if (time.0..=time.1).contains(&clock) {
@@ -96,7 +93,13 @@ pub fn draw(
         moment.time
     };
     let accent = Style::new().fg(model.theme.accent);
+    let at = moment.time;
     marks::events(f, &axes, area, &[moment], (now, accent));
+    for (curve, whole) in curves.iter().zip(&all) {
+        let mut points = whole.runs.iter().flatten();
+        let there = points.find(|(time, _)| *time >= at - 1e-6);
+        name(f, &axes, area, curve, there.map(|(_, gap)| *gap));
+    }
 }
 
 /// The gaps of a drive where they may be drawn.
@@ -130,9 +133,21 @@ fn seen(curves: &[Curve], moment: f64) -> Option<(Range, f64)> {
     Some(((from, last.max(from + LEAST)), high))
 }
 
-/// The stretches of a line from a time on and up to a gap.
+/// The stretches of a line from a time on and up to a gap, which they reach where the line goes on above it.
 fn below(runs: &[Vec<(f64, f64)>], from: f64, top: f64) -> Vec<Vec<(f64, f64)>> {
     let is_seen = |(time, gap): &(f64, f64)| *time >= from - 1e-6 && *gap <= top;
+    let crossed = |run: &Vec<(f64, f64)>| -> Vec<(f64, f64)> {
+        let mut all: Vec<(f64, f64)> = run.first().copied().into_iter().collect();
+        for pair in run.windows(2) {
+            let ((start, gap), (end, next)) = (pair[0], pair[1]);
+            if (gap - top) * (next - top) < 0.0 {
+                all.push((start + (end - start) * (top - gap) / (next - gap), top));
+            }
+            all.push(pair[1]);
+        }
+        all
+    };
+    let runs: Vec<Vec<(f64, f64)>> = runs.iter().map(crossed).collect();
     runs.iter()
         .flat_map(|run| run.chunk_by(|a, b| is_seen(a) == is_seen(b)))
         .filter(|part| part.first().is_some_and(is_seen))
@@ -140,31 +155,47 @@ fn below(runs: &[Vec<(f64, f64)>], from: f64, top: f64) -> Vec<Vec<(f64, f64)>> 
         .collect()
 }
 
-/// Writes the name of a line beside its end, or a row above or below, where it is free; of one above the plot, how far
-/// away it is at the moment.
+/// Writes the name of a line where it is free nearest to the end of it, behind it if both sides are; of one above the
+/// plot, how far away it is at the moment.
 fn name(f: &mut Frame<'_>, axes: &Axes, area: Rect, curve: &Curve, above: Option<f64>) {
-    let end = curve.runs.last().and_then(|run| run.last());
-    let (words, x, row) = match (end, above) {
-        (Some((time, gap)), _) => (curve.name.clone(), axes.column(*time) + 3, axes.row(*gap)),
+    let (plot, end) = (axes.plot, curve.runs.last().and_then(|run| run.last()));
+    let (words, column, row) = match (end, above) {
+        (Some((time, gap)), _) => (curve.name.clone(), axes.column(*time), axes.row(*gap)),
         (None, Some(gap)) => {
             let words = format!("↑ {} {gap:.0} m", curve.name);
-            (words, axes.plot.x + 1, Some(axes.plot.y))
+            (words, plot.x, Some(plot.y))
         }
         (None, None) => return,
     };
     let Some(row) = row else { return };
     let width = u16::try_from(words.width()).unwrap_or(u16::MAX);
-    let rows = axes.plot.top()..axes.plot.bottom();
     let buffer = f.buffer_mut();
-    let is_free = |y: &u16| {
-        let mut cells = x.saturating_sub(1)..x.saturating_add(width);
-        rows.contains(y)
-            && x.saturating_add(width) <= area.right()
-            && cells.all(|x| marks::is_free(buffer, x, *y))
+    let is_free = |(x, y): &(u16, u16)| {
+        let mut around = x.saturating_sub(1)..(x + width + 1).min(area.right());
+        around.all(|x| marks::is_free(buffer, x, *y))
     };
-    let near = [0, -1, 1, -2, 2].map(|by| row.saturating_add_signed(by));
-    if let Some(y) = near.into_iter().find(is_free) {
+    let away = |(x, y): &(u16, u16)| {
+        let aside = x.saturating_sub(column);
+        let before = column.saturating_sub(x + width.saturating_sub(1));
+        aside.max(before) + ROW * row.abs_diff(*y)
+    };
+    let columns = || (plot.left()..(area.right() + 1).saturating_sub(width)).rev();
+    let places = (plot.top()..plot.bottom()).flat_map(|y| columns().map(move |x| (x, y)));
+    if let Some((x, y)) = places.filter(is_free).min_by_key(away) {
         let words = Span::styled(words, Style::new().fg(curve.color));
         buffer.set_span(x, y, &words, width);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_reach_the_top_where_they_go_on_above_it() {
+        let run = vec![(0.0, 9.0), (1.0, 3.0), (2.0, 1.0), (3.0, 1.0), (4.0, 5.0)];
+        let seen = below(std::slice::from_ref(&run), 0.0, 2.0);
+        assert_eq!(seen, [[(1.5, 2.0), (2.0, 1.0), (3.0, 1.0), (3.25, 2.0)]]);
+        assert_eq!(below(&[run], 3.0, 2.0), [[(3.0, 1.0), (3.25, 2.0)]]);
     }
 }

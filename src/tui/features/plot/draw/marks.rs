@@ -106,9 +106,19 @@ pub fn window(f: &mut Frame<'_>, axes: &Axes, area: Rect, window: Option<Range>,
     }
 }
 
+/// A letter in the plot: the answer in this place, and the risk score that it states.
+pub struct Stated {
+    /// The letter.
+    pub sign: char,
+    /// The place of the answer.
+    pub place: usize,
+    /// What it states.
+    pub score: u8,
+}
+
 /// What each answer says of the risk of the picked obstacle: a letter in its colour at the end of its window, those at
-/// the same place beside each other. Gives the letters with their answers.
-pub fn answers(f: &mut Frame<'_>, axes: &Axes, model: &Model, dt: f64) -> Vec<(char, usize)> {
+/// the same place beside each other in their order. Gives the letters.
+pub fn answers(f: &mut Frame<'_>, axes: &Axes, model: &Model, dt: f64) -> Vec<Stated> {
     if model.plot.measure.id != "risk" {
         return Vec::new();
     }
@@ -116,16 +126,20 @@ pub fn answers(f: &mut Frame<'_>, axes: &Axes, model: &Model, dt: f64) -> Vec<(c
     let mut placed = Vec::new();
     let mut taken: Vec<Position> = Vec::new();
     let columns = model.answers.columns.iter().enumerate();
-    for (place, column) in columns {
-        let Some(sign) = letter(place) else { break };
-        let score = model.stated_risk(column);
-        let row = score.and_then(|score| axes.row(f64::from(score)));
+    // The last one stands at the end, those before it to its left.
+    for (place, column) in columns.rev() {
+        let (Some(sign), Some(score)) = (letter(place), model.stated_risk(column)) else {
+            continue;
+        };
+        let Some(row) = axes.row(f64::from(score)) else {
+            continue;
+        };
         let step = column.steps.map_or(end, |(_, last)| last);
-        let Some(row) = row else { continue };
-        let mut at = Position::new(axes.column(step as f64 * dt), row);
-        while taken.contains(&at) && at.x > axes.plot.x {
-            at.x -= 1;
-        }
+        let there = axes.column(step as f64 * dt);
+        let left = (axes.plot.left()..=there).rev();
+        let mut places = left.chain(there + 1..axes.plot.right());
+        let free = places.find(|x| !taken.contains(&Position::new(*x, row)));
+        let at = Position::new(free.unwrap_or(there), row);
         taken.push(at);
         let color = crate::features::answers::obstacles::color(&model.theme, place);
         let style = Style::new()
@@ -133,9 +147,10 @@ pub fn answers(f: &mut Frame<'_>, axes: &Axes, model: &Model, dt: f64) -> Vec<(c
             .add_modifier(Modifier::BOLD | Modifier::REVERSED);
         if let Some(cell) = f.buffer_mut().cell_mut(at) {
             cell.set_char(sign).set_style(style);
-            placed.push((sign, place));
+            placed.push(Stated { sign, place, score });
         }
     }
+    placed.reverse();
     placed
 }
 

@@ -4,6 +4,8 @@ pub mod axes;
 pub mod gaps;
 pub mod marks;
 
+use std::collections::BTreeSet;
+
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
@@ -13,12 +15,14 @@ use ratatui::widgets::canvas::Canvas;
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
+use crate::features::answers::obstacles::{bare, color};
 use crate::loaded::Opened;
 use crate::model::{Model, Pane};
+use crate::theme::Theme;
 use crate::widgets::window;
 use crate::widgets::words::quantity;
 use axes::{Axes, Dash, Drawn, Upwards, stroke};
-use marks::Event;
+use marks::{Event, Stated};
 use nearmiss_render::{Ticks, runs, steps, value_range};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::{Measure, Series, Threshold};
@@ -45,7 +49,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let inner = window::pane(f, area, model, Pane::Plot, title);
         let words = match model.scene() {
             Some(_) => "computing…".to_string(),
-            None => model.without_ego(),
+            None if model.awaits_ego() => model.without_ego(),
+            None => "no values without an ego".into(),
         };
         let words = Paragraph::new(words).wrap(Wrap { trim: true });
         f.render_widget(words.style(Style::new().fg(theme.dim)), inner);
@@ -76,13 +81,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let axes = axes::draw(f, inner, &drawn);
     lines(f, &axes, &curves, measure.is_ordinal());
     marks::shade(f, &axes, window, Style::new().bg(theme.shade));
-    // Names of thresholds keep away from the letters.
     let answers = marks::answers(f, &axes, model, dt);
-    let unnamed = marks::thresholds(f, &axes, model);
     let now = model.clock.step() as f64 * dt;
     let now = (now, Style::new().fg(theme.accent));
     marks::events(f, &axes, inner, &events(model, opened, series), now);
     marks::window(f, &axes, inner, window, Style::new().fg(theme.dim));
+    // Names of thresholds keep away from the letters and from lines down.
+    let unnamed = marks::thresholds(f, &axes, model);
     legend(f, key, model, &curves, &unnamed, &answers);
     model.drawn.time_scale(axes.plot);
 }
@@ -133,22 +138,18 @@ fn lines(f: &mut Frame<'_>, axes: &Axes, curves: &[Curve], levels: bool) {
     f.render_widget(canvas, axes.plot);
 }
 
-/// The measure, its most dangerous value now, the most dangerous of all, and who is picked: the most telling first.
+/// The measure with its most dangerous value now, the most dangerous of all, what 0 means, and who is picked: the most
+/// telling first.
 fn title(model: &Model, opened: &Opened, series: &Series) -> Vec<Vec<Span<'static>>> {
     let (theme, measure) = (&model.theme, model.plot.measure);
-    let name = if measure.is_ordinal() {
-        measure.axis_name(measure.id)
-    } else {
-        measure.id.to_string()
-    };
-    let mut parts = vec![vec![Span::raw(name)]];
+    let mut parts = vec![vec![Span::raw(measure.id)]];
     let colored = |value: f64| match measure.id {
         "risk" => theme.risk(value),
         _ => theme.text,
     };
     if let Some((id, value)) = series.most_dangerous_at(measure.id, model.clock.step()) {
-        let words = format!("now {}", quantity(value, measure.unit));
-        parts.push(vec![
+        let words = format!(" now {}", quantity(value, measure.unit));
+        parts[0].extend([
             Span::styled(words, Style::new().fg(colored(value))),
             Span::raw(format!(" ({id})")),
         ]);
@@ -157,6 +158,9 @@ fn title(model: &Model, opened: &Opened, series: &Series) -> Vec<Vec<Span<'stati
         let time = step as f64 * opened.scenario.dt();
         let (word, value) = (measure.extreme(), quantity(value, measure.unit));
         parts.push(vec![Span::raw(format!("{word} {value} at {time:.1} s"))]);
+    }
+    if measure.is_ordinal() {
+        parts.push(vec![Span::raw("0 = collision")]);
     }
     if let Some(id) = model.picked {
         let style = Style::new().fg(theme.picked);
@@ -172,7 +176,7 @@ pub fn fitting(parts: Vec<Vec<Span<'static>>>, room: usize) -> Line<'static> {
         let separator = if i == 0 { "" } else { " · " };
         let width: usize = part.iter().map(Span::width).sum();
         if i > 0 && line.width() + separator.width() + width > room {
-            break;
+            continue;
         }
         line.push_span(Span::raw(separator));
         line.spans.extend(part);
@@ -242,6 +246,21 @@ fn apart(pane: Rect, inner: Rect) -> (Rect, Rect) {
     (rest, Rect { height: 1, ..inner })
 }
 
+/// The letters of answers before the score that they state, the lowest first.
+fn by_score(theme: &Theme, answers: &[Stated]) -> Vec<Line<'static>> {
+    let scores: BTreeSet<u8> = answers.iter().map(|answer| answer.score).collect();
+    let of = |score: u8| {
+        let all = answers.iter().filter(|answer| answer.score == score);
+        let letters = all.map(|answer| {
+            let style = Style::new().fg(color(theme, answer.place));
+            Span::styled(answer.sign.to_string(), style)
+        });
+        let words = Span::styled(format!(" {score}"), Style::new().fg(theme.dim));
+        Line::from_iter(letters.chain([words]))
+    };
+    scores.into_iter().map(of).collect()
+}
+
 /// Whose line is which, by sign and colour, and thresholds whose names are not at their lines.
 fn legend(
     f: &mut Frame<'_>,
@@ -249,42 +268,46 @@ fn legend(
     model: &Model,
     curves: &[Curve],
     unnamed: &[&Threshold],
-    answers: &[(char, usize)],
+    answers: &[Stated],
 ) {
     let theme = &model.theme;
+    let part = |words: String, color| Line::from(Span::styled(words, Style::new().fg(color)));
     // Lines the user chose are named first, even without values.
     let chosen = curves.iter().filter(|c| c.chosen);
     let all = curves.iter().filter(|c| !c.chosen && !c.runs.is_empty());
     let named = chosen.chain(all).map(|c| {
         if c.runs.is_empty() {
-            (format!("{} –", c.name), theme.dim)
+            part(format!("{} –", c.name), theme.dim)
         } else {
-            (format!("{} {}", c.dash.sign(), c.name), c.color)
+            part(format!("{} {}", c.dash.sign(), c.name), c.color)
         }
     });
     let thresholds = unnamed.iter().map(|threshold| {
         let words = marks::threshold_label(threshold, model.plot.measure.unit);
-        (format!("┄{words}"), theme.dim)
+        part(format!("┄{words}"), theme.dim)
     });
+    let with_name = |stated: &Stated| {
+        let name = bare(&model.answers.columns[stated.place].model);
+        let words = format!("{} {}", stated.sign, visible(name));
+        part(words, color(theme, stated.place))
+    };
+    let named: Vec<Line<'static>> = named.collect();
+    let whole = named.iter().cloned().chain(answers.iter().map(with_name));
+    let whole: Vec<Line<'static>> = whole.collect();
+    let columns: usize = whole.iter().map(|part| part.width() + 2).sum();
+    // Every letter is explained: where there is no room for names by its score, beside the others of the same.
+    let shown = if columns <= usize::from(area.width) {
+        whole
+    } else {
+        named.into_iter().chain(by_score(theme, answers)).collect()
+    };
     let mut line = Line::default();
-    let answers = answers.iter().map(|&(sign, place)| {
-        let model = &model.answers.columns[place].model;
-        let bare = model
-            .split_once('/')
-            .map_or(model.as_str(), |(_, bare)| bare);
-        let words = format!("{sign} {}", visible(bare));
-        (
-            words,
-            crate::features::answers::obstacles::color(theme, place),
-        )
-    });
-    for (words, color) in named.chain(answers).chain(thresholds) {
-        let part = Span::styled(words, Style::new().fg(color));
+    for part in shown.into_iter().chain(thresholds) {
         if line.width() + part.width() + 3 > usize::from(area.width) {
             break;
         }
         line.push_span(Span::raw(if line.spans.is_empty() { " " } else { "  " }));
-        line.push_span(part);
+        line.spans.extend(part.spans);
     }
     if line.width() > 0 {
         line.push_span(Span::raw(" "));

@@ -82,12 +82,11 @@ pub fn text(model: &Model, kept: &mut TextChanges) -> Text<'static> {
                 let style = Style::new().fg(theme.safe).add_modifier(new);
                 there.push(marked(parts, style, theme));
             }
+            // A line to which only words were added is still said.
+            ChangeTag::Delete if !parts.iter().any(|(changed, _)| *changed) => {}
             ChangeTag::Delete => {
-                gone.push(marked(
-                    parts,
-                    dim.add_modifier(Modifier::CROSSED_OUT),
-                    theme,
-                ));
+                let style = dim.add_modifier(Modifier::CROSSED_OUT);
+                gone.push(marked(parts, style, theme));
             }
         }
     }
@@ -101,15 +100,10 @@ pub fn text(model: &Model, kept: &mut TextChanges) -> Text<'static> {
     text
 }
 
-/// A line with its changed words marked, or all of it where none of its words stayed.
+/// A line with its changed words marked.
 fn marked(parts: &[(bool, String)], mark: Style, theme: &Theme) -> Line<'static> {
-    let by_words = parts.iter().any(|(changed, _)| *changed);
     let spans = parts.iter().map(|(changed, part)| {
-        let style = if *changed || !by_words {
-            mark
-        } else {
-            theme.base()
-        };
+        let style = if *changed { mark } else { theme.base() };
         Span::styled(part.clone(), style)
     });
     Line::from(spans.collect::<Vec<_>>())

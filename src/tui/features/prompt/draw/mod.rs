@@ -3,6 +3,7 @@
 pub mod answer;
 pub mod draw_editor;
 
+use nearmiss_ask::prompts::Prompt;
 use nearmiss_scene::description::visible;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -13,7 +14,9 @@ use similar::{ChangeTag, DiffOp};
 use unicode_width::UnicodeWidthStr;
 
 use crate::action::Action;
-use crate::model::{EntryLine, Extent, HEAVY, Model, Pane, PromptView, Readings, diff_of};
+use crate::model::{
+    EntryLine, Extent, HEAVY, Model, Pane, PromptView, Readings, changed_lines, diff_of,
+};
 use crate::theme::Theme;
 use crate::widgets::long_text::{MarkedClaims, Reading};
 use crate::widgets::row::{self, PageSection};
@@ -61,6 +64,16 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
                 MarkedClaims::default(),
             )]
         }
+        (PromptView::Rendered, Some(question)) if prompt.is_draft() && shipped(model).is_some() => {
+            let old = shipped(model).map(both).unwrap_or_default();
+            let lines = changes.lines(&old, &both(&question.prompt));
+            // Only what is sent.
+            let sent = lines.iter().filter(|(tag, _)| *tag != ChangeTag::Delete);
+            let lines = sent.map(|(tag, parts)| self::line(*tag, parts, &model.theme));
+            let text = Text::from_iter(lines);
+            row::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
+            return;
+        }
         (PromptView::Rendered, Some(question)) => {
             let label = |word: &'static str| {
                 line(Line::styled(
@@ -84,6 +97,19 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
         }
     };
     row::page(f, area, model, Pane::Prompt, parts, Some(prompt.scroll));
+}
+
+/// The prompt of the shipped template, where it can be compared in every frame.
+fn shipped(model: &Model) -> Option<&Prompt> {
+    let light = |prompt: &Prompt| prompt.system.len() + prompt.user.len() <= HEAVY;
+    let (_, shipped) = model.prompt.shipped_question.as_ref()?;
+    let sent = &model.prompt.question.as_ref()?.prompt;
+    (light(shipped) && light(sent)).then_some(shipped)
+}
+
+/// Both messages, each below its name.
+fn both(prompt: &Prompt) -> String {
+    format!("system\n{}\n\nuser\n{}", prompt.system, prompt.user)
 }
 
 /// A message; of a heavy one the beginning, which is plain: all of it would take too long in every frame.
@@ -115,7 +141,8 @@ fn numbers(model: &Model) -> Option<String> {
     let prompt = &model.prompt;
     let tokens = prompt.question.as_ref().map(|_| prompt.tokens)?;
     let mut words = format!("~{} tokens", thousands(tokens as u64));
-    if let Some(shipped) = prompt.shipped_tokens.filter(|&shipped| shipped != tokens) {
+    let shipped = prompt.shipped_question.as_ref().map(|(tokens, _)| *tokens);
+    if let Some(shipped) = shipped.filter(|&shipped| shipped != tokens) {
         let sign = if tokens > shipped { '+' } else { '−' };
         let by = thousands(tokens.abs_diff(shipped) as u64);
         words.push_str(&format!(" ({sign}{by} vs shipped)"));
@@ -233,7 +260,7 @@ fn draw_full_size(f: &mut Frame<'_>, area: Rect, model: &Model) {
         (Some(area), None)
     };
     if let Some(right) = right {
-        draw_side_view(f, right, model);
+        draw_side_view(f, right, model, left.is_none());
     }
     if let Some(left) = left {
         draw_template(f, left, model, wide);
@@ -330,8 +357,8 @@ fn status(model: &Model, width: usize, wide: bool) -> Line<'static> {
     line
 }
 
-/// The rendered template and its cost.
-fn draw_side_view(f: &mut Frame<'_>, area: Rect, model: &Model) {
+/// The rendered template and its cost; where the template is not beside it, with its error.
+fn draw_side_view(f: &mut Frame<'_>, area: Rect, model: &Model, alone: bool) {
     let prompt = &model.prompt;
     let theme = &model.theme;
     let mut title = format!(" {}", prompt.beside.name());
@@ -349,9 +376,12 @@ fn draw_side_view(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let block = Block::bordered()
         .border_style(Style::new().fg(theme.border))
         .title(Span::styled(format!("{title} "), style));
-    let inner = block.inner(area);
+    let mut inner = block.inner(area);
     f.render_widget(block, area);
     model.drawn.pane(Pane::Prompt, area);
+    if alone {
+        inner = error(f, inner, model);
+    }
     body(f, inner, model, prompt.beside);
 }
 
@@ -394,15 +424,8 @@ fn changed(shipped: &str, (old, new): (&str, &str), theme: &Theme) -> Vec<Line<'
     for group in diff.grouped_ops(CONTEXT) {
         lines.push(place(&group, theme));
         for op in &group {
-            for change in diff.iter_inline_changes(op) {
-                let parts: Vec<(bool, String)> = change
-                    .iter_strings_lossy()
-                    .map(|(changed, part)| {
-                        (changed, part.trim_end_matches(['\n', '\r']).to_string())
-                    })
-                    .collect();
-                lines.push(line(change.tag(), &parts, theme));
-            }
+            let changed = changed_lines(&diff, op).into_iter();
+            lines.extend(changed.map(|(tag, parts)| line(tag, &parts, theme)));
         }
     }
     lines
@@ -430,7 +453,9 @@ fn line(tag: ChangeTag, parts: &[(bool, String)], theme: &Theme) -> Line<'static
         ChangeTag::Insert => ('+', theme.safe, Modifier::UNDERLINED),
     };
     let style = Style::new().fg(color);
-    let by_words = parts.iter().any(|(changed, _)| *changed);
+    let by_words = parts
+        .iter()
+        .any(|(changed, part)| !changed && !part.is_empty());
     let mut spans = vec![Span::styled(sign.to_string(), style)];
     for (changed, part) in parts {
         let style = match (by_words, changed) {
@@ -474,6 +499,13 @@ mod tests {
         let same = spans.iter().find(|span| span.content.contains("Decide"));
         assert_eq!(same.and_then(|span| span.style.fg), theme.base().fg);
         assert_eq!(with('+').0, "will touch");
+        // Where words were only added, none of the old ones is marked.
+        let lines = changed("a.md", ("one two three\n", "one two and three\n"), &theme);
+        let old = lines
+            .iter()
+            .find(|line| line.to_string() == "-one two three");
+        let plain = |span: &Span<'_>| span.style == theme.base();
+        assert!(old.is_some_and(|line| line.spans.iter().skip(1).all(plain)));
         // A line that is new as a whole is coloured as a whole.
         let lines = changed("a.md", ("a\n", "a\nnew words\n"), &theme);
         let added = lines.last().map(|line| line.spans[1].style.fg);

@@ -256,19 +256,19 @@ impl List {
         self.arrange(true);
     }
 
-    /// What matters in a scenario with an ego that was planned.
-    pub fn plan(&mut self, place: usize, headline: Option<Headline>) {
+    /// What matters in a scenario with an ego that was planned, and how long its drive is, seconds.
+    pub fn plan(&mut self, place: usize, planned: Option<(Headline, f64)>) {
         if let Some(row) = self.rows.get_mut(place) {
-            row.planned = headline;
+            row.planned = planned;
             self.stale = true;
         }
     }
 
-    /// Why some of the listed have no severity and no measures, where they lack an ego; `key` plans one.
+    /// Why some of the listed have no severity and no measures, where they lack an ego.
     #[must_use]
-    pub fn without_ego(&self, key: &str) -> Option<String> {
+    pub fn without_ego(&self) -> Option<String> {
         let count = self.rows.iter().filter(|row| row.lacks_ego()).count();
-        (count > 0).then(|| format!("no ego recorded in {count}: {key} plans one"))
+        (count > 0).then(|| format!("no ego in {count}"))
     }
 
     /// Forgets what measures say, as after a change of thresholds.

@@ -128,7 +128,7 @@ impl Order {
             },
             Self::Measure(m) => numbers(&|row| row.value_of(m).flatten(), m.danger),
             Self::Obstacles => numbers(&|row| Some(row.facts()?.obstacles as f64), Danger::High),
-            Self::Duration => numbers(&|row| Some(row.facts()?.seconds), Danger::High),
+            Self::Duration => numbers(&Row::seconds, Danger::High),
             Self::Verdicts => {
                 let differ = |row: &Row| Some(row.facts()?.tally()).filter(|t| t.count() > 0);
                 let part = |row: &Row| differ(row).map(|t| f64::from(t.differ));
@@ -147,8 +147,9 @@ pub struct Row {
     pub entry: Entry,
     /// Its facts, once known.
     pub facts: Option<Result<Facts, String>>,
-    /// What matters with an ego that was planned in this session, where none is recorded.
-    pub planned: Option<Headline>,
+    /// What matters with an ego that was planned in this session, where none is recorded, and how long its drive is,
+    /// seconds.
+    pub planned: Option<(Headline, f64)>,
     /// The most dangerous value of the measure by which the list is sorted; the outer one is whether it is known.
     pub value: Option<Option<f64>>,
     /// The user's own tags.
@@ -193,7 +194,14 @@ impl Row {
     #[must_use]
     pub fn headline(&self) -> Option<&Headline> {
         let recorded = self.facts()?.headline.as_ref();
-        recorded.or(self.planned.as_ref())
+        recorded.or(self.planned.as_ref().map(|(headline, _)| headline))
+    }
+
+    /// How long it is, seconds: the planned drive, where there is one.
+    #[must_use]
+    pub fn seconds(&self) -> Option<f64> {
+        let planned = self.planned.as_ref().map(|(_, seconds)| *seconds);
+        planned.or(Some(self.facts()?.seconds))
     }
 
     /// Whether it was read, and has no ego, recorded or planned.
@@ -267,6 +275,7 @@ impl Filterable for Row {
     fn number(&self, number: Number) -> Option<f64> {
         match number {
             Number::Of(measure) => self.value_of(measure).flatten(),
+            Number::Duration => self.seconds(),
             number => self.facts()?.number(number),
         }
     }
