@@ -24,7 +24,7 @@ fn a_session_from_the_first_frame_to_the_shell() {
     session.press("\x1b[H\x1b[C\x1b[C\x1b[C");
     session.see("step 3/60");
     session.press("x");
-    session.see("X 301 contact");
+    session.see("X 301: contact");
     session.press("r");
     session.see("saved as run 1");
     session.press(" at");
@@ -199,7 +199,7 @@ fn the_users_editor_has_the_terminal_and_gives_the_template_back() {
     session.see("You are an poet in the");
     // Keys reach the workbench again.
     session.press("x");
-    session.see("X 301 contact");
+    session.see("X 301: contact");
     session.press("q");
     assert_eq!(session.end(), 0);
     session.is_restored();

@@ -116,13 +116,13 @@ fn who_is_continued_at_once_goes_on_with_a_whole_screen() {
         !s.is_stopped() && s.is_whole(&whole)
     });
     // The keys are its own, and what it shows is what it has.
-    session.press_until("x", "X 301 contact");
+    session.press_until("x", "X 301: contact");
     session.signals(&["TSTP"], 0);
     session.until("it does not stop", |s| {
         s.is_stopped() && !s.screen.screen().alternate_screen()
     });
     session.signals(&["CONT"], 0);
-    session.see("X 301 contact");
+    session.see("X 301: contact");
     session.press("q");
     assert_eq!(session.end(), 0);
     session.is_restored();
@@ -151,7 +151,7 @@ fn a_stop_that_cannot_be_heard_is_made_good_when_it_is_continued() {
         session.signals(&["CONT"], 0);
         session.until("its screen is not whole", |s| s.is_whole(&whole));
     }
-    session.press_until("x", "X 301 contact");
+    session.press_until("x", "X 301: contact");
     session.press("q");
     assert_eq!(session.end(), 0);
     session.is_restored();
@@ -194,7 +194,7 @@ fn a_stop_while_an_editor_has_the_terminal_is_no_other() {
     session.until("not whole", |s| {
         s.screen.screen().alternate_screen() && s.is_raw()
     });
-    session.press_until("x", "X 301 contact");
+    session.press_until("x", "X 301: contact");
     session.press("q");
     assert_eq!(session.end(), 0);
     session.is_restored();
