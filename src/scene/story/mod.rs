@@ -21,7 +21,7 @@ const BEFORE: f64 = 5.0;
 /// So long after it a story ends, seconds.
 const AFTER: f64 = 2.0;
 
-/// For less time nobody is told not to brake, seconds.
+/// That one does not brake is told of at least so long, seconds.
 const WHILE: f64 = 0.5;
 
 /// A braking so long before the time to collision gets short still belongs to it, seconds.

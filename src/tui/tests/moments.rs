@@ -731,7 +731,7 @@ fn the_picture_at_200_by_60() {
 }
 
 #[test]
-fn a_contact_is_shown_whole_and_large_whoever_is_picked() {
+fn a_contact_is_shown_whole_and_large_with_any_obstacle_picked() {
     let mut bench = Bench::bundled();
     let opened = bench.model.opened.clone().unwrap();
     let contact = *opened.contact().expect("the first scenario collides");

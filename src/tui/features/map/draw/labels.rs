@@ -213,7 +213,7 @@ pub struct LabelPlacer<'a> {
 
 /// The part of the map's width that a long label may take: a third.
 const SHARE: i32 = 3;
-/// Columns by which another body is farther from words than the one they name, so that nobody takes them for its name.
+/// Columns by which another body is farther from words than the one they name, so that they are not taken for its name.
 const APART: i32 = 2;
 /// Parts of the way from the middle of the map to its edge at which words about what is beside it may stand.
 const NEARER: [f64; 4] = [1.0, 0.9, 0.8, 0.7];
