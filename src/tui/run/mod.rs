@@ -139,7 +139,8 @@ async fn workbench(
     }
     model.recall.hint = !tour && is_new(&folders, store.as_deref());
     let (sender, receiver) = unbounded_channel();
-    tokio::spawn(reload::watch(folders.clone(), stamps, sender.clone()));
+    let (watched, told) = (folders.clone(), sender.clone());
+    std::thread::spawn(move || reload::watch(&watched, stamps, &told));
     let services = Services::new(
         sender,
         folders,
