@@ -7,7 +7,7 @@ use crate::support::recorded::shared;
 use nearmiss::formats::{EgoSelection, Entry, bundled, find};
 use nearmiss::metrics::{Context, Direction};
 use nearmiss::scenario::{Motion, Obstacle, Scene};
-use nearmiss::story::{Course, Fact, Story, Who};
+use nearmiss::story::{Action, Beside, Course, Fact, Story, Who};
 
 /// A point or vector.
 type Xy = (f64, f64);
@@ -158,14 +158,14 @@ fn speed(all: &[(i64, Body)], step: i64, dt: f64) -> Option<f64> {
     (seconds > 0.0).then(|| (to.1.x - from.1.x).hypot(to.1.y - from.1.y) / seconds)
 }
 
-/// The direction of the way around a step from places at least a metre apart.
-fn way(all: &[(i64, Body)], step: i64, forwards: bool) -> Option<f64> {
+/// The direction of the way around a step from places at least so many metres apart.
+fn way(all: &[(i64, Body)], step: i64, forwards: bool, metres: f64) -> Option<f64> {
     let here = at(all, step)?;
     let sign = if forwards { 1 } else { -1 };
     (1..100).find_map(|k| {
         let there = at(all, step + sign * k)?;
         let (x, y) = (there.x - here.x, there.y - here.y);
-        (x.hypot(y) >= 1.0).then(|| (y * sign as f64).atan2(x * sign as f64))
+        (x.hypot(y) >= metres).then(|| (y * sign as f64).atan2(x * sign as f64))
     })
 }
 
@@ -304,7 +304,7 @@ impl Pair {
                 self.place("at first", step, place);
                 if course == Course::Stands {
                     self.holds("stands", other_speed < 0.5);
-                } else if let Some(way) = way(&self.other, step, true) {
+                } else if let Some(way) = way(&self.other, step, true, 0.1) {
                     let ego = at(&self.ego, step).unwrap().heading;
                     let angle = wrapped(way - ego).to_degrees();
                     let holds = match course {
@@ -316,78 +316,12 @@ impl Pair {
                     self.holds(&format!("{course:?} is {angle:.0}°"), holds);
                 }
             }
-            Fact::Turn {
-                who,
-                degrees,
-                from,
-                to,
-            } => {
-                let all = self.of(who);
-                let first = way(all, self.step(from), true);
-                let last = way(all, self.step(to), false);
-                if let (Some(first), Some(last)) = (first, last) {
-                    let turned = wrapped(last - first).to_degrees();
-                    let off = (turned - degrees + 540.0).rem_euclid(360.0) - 180.0;
-                    self.is("turn", 0.0, off, 25.0);
-                }
-            }
-            Fact::Brake {
+            Fact::Does {
                 who,
                 from,
                 to,
-                from_speed,
-                to_speed,
-                most,
-            } => {
-                self.is_speed("speed before braking", who, from, from_speed);
-                self.is_speed("speed after braking", who, to, to_speed);
-                self.holds("slower", to_speed < from_speed && from < to);
-                let mean = (from_speed - to_speed) / (to - from);
-                self.holds("mean braking", (0.8..=most + 0.1).contains(&mean));
-                let hardest = self.hardest(who, self.step(from), self.step(to));
-                self.is("braking", most, hardest, 1.0 + 0.25 * most);
-            }
-            Fact::SpeedUp {
-                who,
-                from,
-                to,
-                from_speed,
-                to_speed,
-            } => {
-                self.is_speed("speed before the rise", who, from, from_speed);
-                self.is_speed("speed after the rise", who, to, to_speed);
-                self.holds("faster", to_speed >= from_speed + 0.5 && from < to);
-            }
-            Fact::SlowDown {
-                who,
-                from,
-                to,
-                from_speed,
-                to_speed,
-            } => {
-                self.is_speed("speed before the fall", who, from, from_speed);
-                self.is_speed("speed after the fall", who, to, to_speed);
-                self.holds("slower", to_speed <= from_speed - 0.5 && from < to);
-            }
-            Fact::NoBrake { who, from, to } => {
-                let hardest = self.hardest(who, self.step(from), self.step(to));
-                self.holds(&format!("no braking is {hardest:.1}"), hardest < 2.0);
-            }
-            Fact::Speeds {
-                who,
-                low,
-                high,
-                from,
-                to,
-            } => {
-                let steps = self.step(from)..=self.step(to);
-                let all = steps.filter_map(|step| speed(self.of(who), step, self.dt));
-                let all: Vec<f64> = all.collect();
-                let least = all.iter().copied().fold(f64::INFINITY, f64::min);
-                let most = all.iter().copied().fold(0.0, f64::max);
-                self.is("lowest speed", low, least, 0.6 + 0.06 * low);
-                self.is("highest speed", high, most, 0.6 + 0.06 * high);
-            }
+                action,
+            } => self.check_action(who, (from, to), action),
             Fact::Pass {
                 first,
                 left,
@@ -485,6 +419,78 @@ impl Pair {
         }
     }
 
+    fn check_action(&mut self, who: Who, (from, to): (f64, f64), action: Action) {
+        let steps = (self.step(from), self.step(to));
+        let within = |speed: f64| 0.6 + 0.06 * speed;
+        match action {
+            Action::Turn { degrees } => {
+                let all = self.of(who);
+                let (first, last) = (way(all, steps.0, false, 1.0), way(all, steps.1, true, 1.0));
+                if let (Some(first), Some(last)) = (first, last) {
+                    let turned = wrapped(last - first).to_degrees();
+                    let off = (turned - degrees + 540.0).rem_euclid(360.0) - 180.0;
+                    self.is("turn", 0.0, off, 25.0);
+                }
+            }
+            Action::Brake {
+                from_speed,
+                to_speed,
+                most,
+            } => {
+                self.is_speed("speed before braking", who, from, from_speed);
+                self.is_speed("speed after braking", who, to, to_speed);
+                self.holds("slower", to_speed < from_speed && from < to);
+                let mean = (from_speed - to_speed) / (to - from);
+                self.holds("mean braking", (0.8..=most + 0.1).contains(&mean));
+                let hardest = self.hardest(who, steps.0, steps.1);
+                self.is("braking", most, hardest, 1.0 + 0.25 * most);
+            }
+            Action::SpeedUp {
+                from_speed,
+                to_speed,
+            } => {
+                self.is_speed("speed before the rise", who, from, from_speed);
+                self.is_speed("speed after the rise", who, to, to_speed);
+                self.holds("faster", to_speed >= from_speed + 0.5 && from < to);
+            }
+            Action::SlowDown {
+                from_speed,
+                to_speed,
+            } => {
+                self.is_speed("speed before the fall", who, from, from_speed);
+                self.is_speed("speed after the fall", who, to, to_speed);
+                self.holds("slower", to_speed <= from_speed - 0.5 && from < to);
+            }
+            Action::ChangeLanes { to } => {
+                let second = (1.0 / self.dt).round() as i64;
+                let all = self.of(who);
+                let at = |step: i64| at(all, step);
+                if let (Some(before), Some(after)) = (at(steps.0 - second), at(steps.0 + second)) {
+                    let (sin, cos) = before.heading.sin_cos();
+                    let aside = (after.y - before.y) * cos - (after.x - before.x) * sin;
+                    let holds = match to {
+                        Beside::Left => aside > 0.0,
+                        Beside::Right => aside < 0.0,
+                        Beside::Oncoming | Beside::Own => aside.abs() > 0.3,
+                    };
+                    self.holds(&format!("to the lane {to:?}: {aside:.2} m"), holds);
+                }
+            }
+            Action::NotBrake => {
+                let hardest = self.hardest(who, steps.0, steps.1);
+                self.holds(&format!("no braking is {hardest:.1}"), hardest < 2.0);
+            }
+            Action::KeepOn { low, high } => {
+                let all = (steps.0..=steps.1).filter_map(|step| speed(self.of(who), step, self.dt));
+                let all: Vec<f64> = all.collect();
+                let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+                let most = all.iter().copied().fold(0.0, f64::max);
+                self.is("lowest speed", low, least, within(low));
+                self.is("highest speed", high, most, within(high));
+            }
+        }
+    }
+
     /// The hardest braking between two steps from places alone: of speeds half a second apart.
     fn hardest(&self, who: Who, from: i64, to: i64) -> f64 {
         let half = (0.2 / self.dt).round().max(1.0) as i64;
@@ -574,7 +580,7 @@ fn checked(entry: &Entry, ego: &EgoSelection) -> Option<(String, Pair)> {
         _ => None,
     });
     let ends = all.filter_map(|fact| match fact {
-        Fact::Brake { to, .. } | Fact::SpeedUp { to, .. } | Fact::NoBrake { to, .. } => Some(*to),
+        Fact::Does { to, .. } => Some(*to),
         _ => None,
     });
     let ends = ends.fold(0.0, f64::max);

@@ -1,11 +1,11 @@
 //! What happened: the moment that matters of a recording in at most four sentences, each of facts with numbers.
 //!
 //! A fact says no more than what can be recomputed from the recorded states of the ego and of the other road user: where
-//! they are, how fast, how much they turn and brake, when their ways overlap, how near they come. It is told from 5 s
-//! before the moment to 2 s after it; lowest and nearest are of the whole recording. `Story::sentences` has the facts as
+//! they are, how fast, how much they turn and brake, when their ways overlap, how near they come. It is of 5 s before the
+//! moment to 2 s after it; an action in it is told whole. Lowest and nearest are of the whole recording. `Story::sentences` has the facts as
 //! data with their words, for pages, maps and programs.
 
-mod motion;
+mod actions;
 mod words;
 
 use nearmiss_base::geometry::angle_between;
@@ -13,7 +13,8 @@ use serde::Serialize;
 
 use crate::metrics::{Context, CriticalMoment, Direction, Encounter, Headline, Measure, measure};
 use crate::scenario::{ObstacleType, Track, Window};
-use motion::{Change, Drive, NOTABLE};
+pub use actions::{Action, Beside};
+use actions::{Doing, Drive, NOTABLE};
 
 /// So long before the moment a story begins, seconds.
 const BEFORE: f64 = 5.0;
@@ -24,11 +25,14 @@ const AFTER: f64 = 2.0;
 /// That one does not brake is told of at least so long, seconds.
 const WHILE: f64 = 0.5;
 
-/// A braking so long before the time to collision gets short still belongs to it, seconds.
+/// A fall of the speed so long before the time to collision gets short still belongs to it, seconds.
 const SHORTLY: f64 = 1.0;
 
-/// Speeds are told to rise from here on where there is more to tell, m/s.
-const RISE: f64 = 1.5;
+/// What goes on in the last seconds of what is told tells more.
+const LATE: f64 = 2.0;
+
+/// So many actions of one are told.
+const MOST: usize = 3;
 
 /// Who is slower stands, m/s.
 const STANDING: f64 = 0.5;
@@ -36,7 +40,7 @@ const STANDING: f64 = 0.5;
 /// A time to collision from here on is short, seconds.
 const SHORT: f64 = 3.0;
 
-/// Who changes its heading by more than this turns, radians: 25°, as in manoeuvres.
+/// Who changes its heading by this turns, radians: 25°, as in manoeuvres.
 const TURN: f64 = 0.436;
 
 /// Directions that are nearer to each other do not cross, radians: 30°.
@@ -115,79 +119,17 @@ pub enum Fact {
         /// Where the other moves to.
         course: Course,
     },
-    /// One turns.
-    Turn {
-        /// Who.
-        who: Who,
-        /// By so many degrees, to the left; negative to the right.
-        degrees: f64,
-        /// From then on.
-        from: f64,
-        /// Until then.
-        to: f64,
-    },
-    /// One brakes: its speed falls with at least 1 m/s² over 0.4 s, with breaks of at most 1 s.
-    Brake {
+    /// What one does.
+    Does {
         /// Who.
         who: Who,
         /// From then on.
         from: f64,
         /// Until then.
         to: f64,
-        /// Speed at the beginning.
-        from_speed: f64,
-        /// Speed at the end.
-        to_speed: f64,
-        /// The most, over 0.4 s, or over all of it where that is more.
-        most: f64,
-    },
-    /// One gets faster: the largest rise of its speed without a fall of 0.5 m/s in it.
-    SpeedUp {
-        /// Who.
-        who: Who,
-        /// From then on.
-        from: f64,
-        /// Until then.
-        to: f64,
-        /// Speed at the beginning.
-        from_speed: f64,
-        /// Speed at the end.
-        to_speed: f64,
-    },
-    /// One gets slower and does not brake: the largest fall of its speed without a rise of 0.5 m/s in it.
-    SlowDown {
-        /// Who.
-        who: Who,
-        /// From then on.
-        from: f64,
-        /// Until then.
-        to: f64,
-        /// Speed at the beginning.
-        from_speed: f64,
-        /// Speed at the end.
-        to_speed: f64,
-    },
-    /// One never slows down with 1 m/s² between these times, nor in the second before.
-    NoBrake {
-        /// Who.
-        who: Who,
-        /// From then on.
-        from: f64,
-        /// Until then.
-        to: f64,
-    },
-    /// One goes on with speeds between these.
-    Speeds {
-        /// Who.
-        who: Who,
-        /// The lowest.
-        low: f64,
-        /// The highest.
-        high: f64,
-        /// From then on.
-        from: f64,
-        /// Until then.
-        to: f64,
+        /// What.
+        #[serde(flatten)]
+        action: Action,
     },
     /// One leaves the place where both ways overlap before the other comes there.
     Pass {
@@ -206,6 +148,8 @@ pub enum Fact {
         seconds: f64,
         /// Whether the story is of that time, too.
         is_told: bool,
+        /// Whether there is no later step with both.
+        is_last: bool,
     },
     /// Between these times the time to collision is at most 3 s.
     ShortTtc {
@@ -316,7 +260,7 @@ impl<'c, 's> Telling<'c, 's> {
         let drive = |track: &Track| {
             let ends = |step: &i64| contact.is_none() || *step <= end;
             let motion = |step| track.at(Some(step).filter(ends)?).copied();
-            Drive::new(motion, told.clone(), dt)
+            Drive::new(motion, told.clone(), dt, &scene.scenario.network)
         };
         let drives = (drive(&scene.ego.track), drive(other));
         Some(Self {
@@ -389,43 +333,61 @@ impl<'c, 's> Telling<'c, 's> {
         {
             return Vec::new();
         }
-        if self.other.speeds().1 < STANDING {
-            return Vec::new();
+        let mut told = self.actions(&self.other, self.since(None));
+        let pass = self.pass();
+        if told.is_empty() && pass.is_none() {
+            told.extend(self.keeps_on(&self.other, (self.window.first(), self.window.last())));
         }
-        let who = Who::Other;
-        let brake = largest(self.brakings(&self.other, self.window.last()));
-        let mut facts: Vec<Fact> = self.turn(who, &self.other).into_iter().collect();
-        let brake = brake.map(|change| self.brake(who, &change));
-        let rise = rise(&self.other).map(|change| self.speed_up(who, &change));
-        facts.extend(in_order(brake.into_iter().chain(rise).collect()));
-        facts.extend(self.pass());
-        if facts.is_empty() {
-            facts.extend(self.speeds(who, &self.other));
-        }
-        facts
+        let told = told.iter().map(|doing| self.does(Who::Other, doing));
+        told.chain(pass).collect()
     }
 
-    /// How the speed of one who does nothing else changes, if it moves.
-    fn speeds(&self, who: Who, drive: &Drive) -> Option<Fact> {
-        let (from, to) = self.span();
-        let (low, high) = drive.speeds();
-        if high < STANDING || !is_while(from, to) {
-            return None;
+    /// The step from which on what goes on tells more.
+    fn since(&self, short: Option<(i64, i64)>) -> i64 {
+        let late = self.window.last() - self.count(LATE);
+        short.map_or(late, |(since, _)| since.min(late))
+    }
+
+    fn count(&self, seconds: f64) -> i64 {
+        (seconds / self.context.scene().scenario.dt()).round() as i64
+    }
+
+    /// What most there is to tell of what one does in the time of the story, in its order. Of who stands all along also what
+    /// it did as long before.
+    fn actions(&self, drive: &Drive, since: i64) -> Vec<Doing> {
+        let (first, last) = (self.window.first(), self.window.last());
+        let stands = drive.speeds((first, last)).1 < STANDING;
+        let first = if stands {
+            first - self.count(BEFORE)
+        } else {
+            first
+        };
+        let is_told = |doing: &&Doing| {
+            let (from, to) = doing.steps;
+            from <= last && (from >= first || to - first >= self.count(WHILE))
+        };
+        let mut told: Vec<Doing> = drive.doings.iter().filter(is_told).copied().collect();
+        told.sort_by(|a, b| b.weight(since).total_cmp(&a.weight(since)));
+        told.truncate(MOST);
+        told.sort_by_key(|doing| doing.steps);
+        told
+    }
+
+    fn does(&self, who: Who, doing: &Doing) -> Fact {
+        Fact::Does {
+            who,
+            from: self.time(doing.steps.0),
+            to: self.time(doing.steps.1),
+            action: doing.action,
         }
-        let changes = [drive.rise(), drive.fall()];
-        let change = largest(changes.into_iter().flatten().collect());
-        let change = change.filter(|change| is_change(change.gain().abs(), high));
-        Some(match change {
-            Some(change) if change.gain() > 0.0 => self.speed_up(who, &change),
-            Some(change) => self.slow_down(who, &change),
-            None => Fact::Speeds {
-                who,
-                low,
-                high,
-                from,
-                to,
-            },
-        })
+    }
+
+    /// The speeds of one who does nothing else, if it moves.
+    fn keeps_on(&self, drive: &Drive, steps: (i64, i64)) -> Option<Doing> {
+        let (low, high) = drive.speeds(steps);
+        let is_told = high >= STANDING && steps.0 < steps.1;
+        let action = Action::KeepOn { low, high };
+        is_told.then_some(Doing { steps, action })
     }
 
     /// How near they come.
@@ -452,6 +414,7 @@ impl<'c, 's> Telling<'c, 's> {
                 time: self.time(step),
                 seconds,
                 is_told: self.window.steps().contains(&step),
+                is_last: self.common.last() == Some(&step),
             }),
             // A region does not go straight on.
             None => (!other.is_set_based()).then_some(Fact::NoCourse),
@@ -470,66 +433,45 @@ impl<'c, 's> Telling<'c, 's> {
         lowest.into_iter().chain(nearest).collect()
     }
 
-    /// What the ego does: where the time to collision gets short, what it does then.
+    /// What the ego does: where the time to collision gets short, whether it brakes then.
     fn ego(&self) -> Vec<Fact> {
-        let who = Who::Ego;
-        let whole = (self.window.first(), self.window.last());
-        let short = self
-            .lowest_ttc()
-            .and_then(|(lowest, _)| self.short_since(lowest));
+        let lowest = self.lowest_ttc();
+        let short = lowest.and_then(|(lowest, _)| self.short_since(lowest));
         let short = short.filter(|(since, until)| {
             self.window.steps().contains(since) && is_while(self.time(*since), self.time(*until))
         });
-        let (since, until) = short.unwrap_or(whole);
-        let mut facts: Vec<Fact> = self.turn(who, &self.ego).into_iter().collect();
-        // The braking that leads to the moment, and that of the time in which it is short where it is another one.
-        let brakings = self.brakings(&self.ego, until);
-        let last = brakings.last().copied();
-        let last = last.filter(|change| short.is_some() && change.steps.1 > since);
-        let told = [largest(brakings.clone()), last];
-        let told = brakings
-            .iter()
-            .filter(|change| told.contains(&Some(**change)));
-        let mut told: Vec<Fact> = told.map(|change| self.brake(who, change)).collect();
-        let late = match brakings[..] {
-            [only] => short.and_then(|short| self.reaction(only.steps.0, short)),
-            _ => None,
-        };
-        let rise = rise(&self.ego);
-        told.extend(self.no_brake(rise, (since, until)));
-        told.extend(rise.map(|change| self.speed_up(who, &change)));
-        // The reaction is said right after the braking.
-        for fact in in_order(told) {
-            facts.push(fact);
-            if matches!(fact, Fact::Brake { .. }) {
-                facts.extend(late);
-            }
+        let mut told = self.actions(&self.ego, self.since(short));
+        let answer = short.and_then(|short| self.no_answer(&told, short));
+        told.extend(answer);
+        told.sort_by_key(|doing| doing.steps);
+        if told.is_empty() {
+            told.extend(self.keeps_on(&self.ego, (self.window.first(), self.window.last())));
         }
-        if facts.is_empty() {
-            facts.extend(self.speeds(who, &self.ego));
+        let is_brake = |doing: &&Doing| matches!(doing.action, Action::Brake { .. });
+        let is_one = told.iter().filter(is_brake).count() == 1;
+        let mut facts = Vec::new();
+        for doing in told {
+            facts.push(self.does(Who::Ego, &doing));
+            if is_one && is_brake(&&doing) {
+                facts.extend(short.and_then(|short| self.reaction(doing.steps.0, short)));
+            }
         }
         facts
     }
 
-    /// That the ego does not brake between two steps, or in most of it where it gets faster; nothing where it brakes or has
-    /// done so shortly before.
-    fn no_brake(&self, rise: Option<Change>, (since, until): (i64, i64)) -> Option<Fact> {
-        let rises = rise.map_or((until, until), |rise| rise.steps);
-        let rests = [(since, rises.0.min(until)), (rises.1.max(since), until)];
-        let (from, to) = rests.into_iter().max_by_key(|(from, to)| to - from)?;
-        let times = (self.time(from), self.time(to));
-        let is_long = times.1 - times.0 >= WHILE && 2 * (to - from) >= until - since;
-        let ego = &self.context.scene().ego.track;
-        let moves = |step| ego.at(step).is_some_and(|at| at.velocity.abs() >= STANDING);
-        let brakes = |change: &Change| {
-            change.steps.0 <= until && self.time(change.steps.1) > times.0 - SHORTLY
-        };
-        let is_told = is_long && (from..=to).any(moves) && !self.ego.brakings().iter().any(brakes);
-        is_told.then_some(Fact::NoBrake {
-            who: Who::Ego,
-            from: times.0,
-            to: times.1,
-        })
+    /// That the ego moves and does not brake while the time to collision is short, nor shortly before; or how it goes on
+    /// where nothing of that time is told.
+    fn no_answer(&self, told: &[Doing], (since, until): (i64, i64)) -> Option<Doing> {
+        let around = (since - self.count(SHORTLY), until);
+        let is_long = until - since >= self.count(WHILE);
+        let moves = self.ego.speeds((since, until)).1 >= STANDING;
+        if is_long && moves && self.ego.loss(around) < NOTABLE {
+            let (steps, action) = ((since, until), Action::NotBrake);
+            return Some(Doing { steps, action });
+        }
+        let is_told = { told.iter() }.any(|doing| doing.steps.0 <= until && doing.steps.1 >= since);
+        let keeps_on = || self.keeps_on(&self.ego, (since, until));
+        (is_long && !is_told).then(keeps_on)?
     }
 
     /// When the time to collision got short, where the ego begins to brake at a step while it is.
@@ -539,70 +481,29 @@ impl<'c, 's> Telling<'c, 's> {
         let is_reaction = is_while(self.time(since), self.time(step))
             && step <= until
             && step > self.window.first()
-            && self.ego.fallen_before(step) < SLOWED;
+            && self.ego.loss((since - self.count(SHORTLY), step)) < SLOWED;
         is_reaction.then(|| self.short_ttc(since, until))
-    }
-
-    fn speed_up(&self, who: Who, change: &Change) -> Fact {
-        Fact::SpeedUp {
-            who,
-            from: self.time(change.steps.0),
-            to: self.time(change.steps.1),
-            from_speed: change.speeds.0,
-            to_speed: change.speeds.1,
-        }
-    }
-
-    fn slow_down(&self, who: Who, change: &Change) -> Fact {
-        Fact::SlowDown {
-            who,
-            from: self.time(change.steps.0),
-            to: self.time(change.steps.1),
-            from_speed: change.speeds.0,
-            to_speed: change.speeds.1,
-        }
-    }
-
-    fn brake(&self, who: Who, change: &Change) -> Fact {
-        Fact::Brake {
-            who,
-            from: self.time(change.steps.0),
-            to: self.time(change.steps.1),
-            from_speed: change.speeds.0,
-            to_speed: change.speeds.1,
-            most: change.most,
-        }
-    }
-
-    /// The brakings of what is told that begin by a step; not those of which only the end is told.
-    fn brakings(&self, drive: &Drive, until: i64) -> Vec<Change> {
-        let (first, begin) = (self.window.first(), self.span().0);
-        let is_told = |change: &Change| {
-            let (from, to) = change.steps;
-            from <= until && (from >= first || self.time(to) - begin >= WHILE)
-        };
-        drive.brakings().into_iter().filter(is_told).collect()
-    }
-
-    fn turn(&self, who: Who, drive: &Drive) -> Option<Fact> {
-        let (from, to) = self.span();
-        let turned = drive.turned()?;
-        (turned.abs() >= TURN).then(|| Fact::Turn {
-            who,
-            degrees: turned.to_degrees(),
-            from,
-            to,
-        })
     }
 
     /// Who leaves first the place where both ways overlap.
     fn pass(&self) -> Option<Fact> {
         let passing = self.context.passing(self.participant)?;
-        // Ways of who follows overlap all along.
-        let step = (passing.left / self.context.scene().scenario.dt()).round() as i64;
-        let encounter = self.encounter(step)?;
-        let [ego, other] = [encounter.ego, encounter.other].map(|motion| motion.pose.heading);
-        if angle_between(ego, other).abs() < CROSSING {
+        // Who comes there the same way follows.
+        let step = |time: f64| (time / self.context.scene().scenario.dt()).round() as i64;
+        let (first, second) = (step(passing.left), step(passing.entered));
+        let at = |step| {
+            Some((
+                self.encounter(step)?.ego.pose,
+                self.encounter(step)?.other.pose,
+            ))
+        };
+        let ((ego, other), (ego_later, other_later)) = (at(first)?, at(second)?);
+        let headings = if passing.ego_first {
+            (ego.heading, other_later.heading)
+        } else {
+            (ego_later.heading, other.heading)
+        };
+        if angle_between(headings.0, headings.1).abs() < CROSSING {
             return None;
         }
         Some(Fact::Pass {
@@ -642,32 +543,6 @@ impl<'c, 's> Telling<'c, 's> {
             until: self.time(until),
         }
     }
-}
-
-/// Facts in the order of their times.
-fn in_order(mut facts: Vec<Fact>) -> Vec<Fact> {
-    let from = |fact: &Fact| match fact {
-        Fact::Brake { from, .. } | Fact::NoBrake { from, .. } | Fact::SpeedUp { from, .. } => *from,
-        _ => 0.0,
-    };
-    facts.sort_by(|a, b| from(a).total_cmp(&from(b)));
-    facts
-}
-
-/// The change by most.
-fn largest(changes: Vec<Change>) -> Option<Change> {
-    let all = changes.into_iter();
-    all.max_by(|a, b| a.gain().abs().total_cmp(&b.gain().abs()))
-}
-
-/// A rise of the speed that is told beside other things.
-fn rise(drive: &Drive) -> Option<Change> {
-    drive.rise().filter(|change| change.gain() >= RISE)
-}
-
-/// Whether who has up to such a speed does more than keep on where it changes by so much, m/s.
-fn is_change(by: f64, high: f64) -> bool {
-    by >= NOTABLE.max(0.1 * high)
 }
 
 /// Whether times differ as they are told.

@@ -1,6 +1,7 @@
 //! The facts of a story in plain English.
 
-use super::{Course, Fact, Who};
+use super::actions::is_change;
+use super::{Action, Beside, Course, Fact, Who};
 use crate::metrics::Direction;
 use crate::scenario::ObstacleType;
 
@@ -22,25 +23,30 @@ pub(super) fn name(kind: ObstacleType, id: i64) -> String {
 /// Facts as a sentence; the other is `subject` where it is named, else `it`.
 pub(super) fn sentence(subject: &str, facts: &[Fact]) -> String {
     let mut said = String::new();
-    let mut about = None;
+    // The one that the clause before is about, what it does there and until when.
+    let mut before: Option<(Who, Action, f64)> = None;
     for (place, fact) in facts.iter().enumerate() {
-        let who = who_of(fact);
-        let same = who.is_some() && who == about;
-        let next = facts.get(place + 1);
-        let goes_on = next.is_some_and(|next| who_of(next) == who && !is_then(fact, next));
-        let link = match (fact, place) {
-            (_, 0) => "",
+        let does = as_does(fact);
+        let after = does.zip(before).filter(|(does, before)| does.0 == before.0);
+        let is_last = !facts[place + 1..]
+            .iter()
+            .any(|fact| as_does(fact).is_some());
+        let link = match (fact, after) {
+            _ if place == 0 => "",
             (Fact::ShortTtc { .. }, _) => ", ",
-            _ if is_then(&facts[place - 1], fact) => ", then ",
-            (Fact::Pass { .. }, _) => "; ",
-            (Fact::Contact { .. } | Fact::Nearest { .. }, _) => "; ",
-            _ if same && goes_on => ", ",
-            _ if same => " and ",
-            _ => "; ",
+            (_, None) => "; ",
+            (_, Some(_)) if is_last => " and ",
+            (_, Some(_)) => ", ",
         };
         said.push_str(link);
-        said.push_str(&clause(subject, fact, same, facts));
-        about = who.or(about);
+        if let Fact::Does { from, .. } = fact
+            && after.is_some_and(|(_, (.., until))| *from >= until)
+        {
+            said.push_str("then ");
+        }
+        let again = after.is_some_and(|((_, now, _), (_, last, _))| now.verb() == last.verb());
+        said.push_str(&clause(subject, fact, after.is_some(), again, facts));
+        before = does.or(before);
     }
     let mut letters = said.chars();
     let first = letters
@@ -49,25 +55,75 @@ pub(super) fn sentence(subject: &str, facts: &[Fact]) -> String {
     format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
-/// Whether what one does is said to follow a braking.
-fn is_then(before: &Fact, fact: &Fact) -> bool {
-    let after_braking = matches!(before, Fact::Brake { .. } | Fact::ShortTtc { .. });
-    after_braking && who_of(fact).is_some()
-}
-
-fn who_of(fact: &Fact) -> Option<Who> {
-    match fact {
-        Fact::Turn { who, .. }
-        | Fact::Brake { who, .. }
-        | Fact::NoBrake { who, .. }
-        | Fact::SpeedUp { who, .. }
-        | Fact::SlowDown { who, .. }
-        | Fact::Speeds { who, .. } => Some(*who),
+fn as_does(fact: &Fact) -> Option<(Who, Action, f64)> {
+    match *fact {
+        Fact::Does {
+            who, to, action, ..
+        } => Some((who, action, to)),
         _ => None,
     }
 }
 
-fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
+impl Action {
+    fn verb(&self) -> &'static str {
+        match self {
+            Self::Brake { .. } => "brakes",
+            Self::SlowDown { .. } => "slows down",
+            Self::SpeedUp { from_speed, .. } if *from_speed < super::STANDING => "starts",
+            Self::SpeedUp { .. } => "speeds up",
+            Self::Turn { degrees } if *degrees > 0.0 => "turns left",
+            Self::Turn { .. } => "turns right",
+            Self::ChangeLanes { to } => match to {
+                Beside::Left => "changes lanes to the left",
+                Beside::Right => "changes lanes to the right",
+                Beside::Oncoming => "moves into the oncoming lane",
+                Beside::Own => "moves out of the oncoming lane",
+            },
+            Self::NotBrake => "does not brake",
+            Self::KeepOn { low, high } if is_change(high - low, *high) => "moves",
+            Self::KeepOn { .. } => "keeps on",
+        }
+    }
+
+    /// What is said after the verb.
+    fn object(&self) -> String {
+        let to = |speed: f64| match speed {
+            speed if speed < super::STANDING => "to a stand".into(),
+            speed => format!("to {speed:.1} m/s"),
+        };
+        let from = |speed: f64, to_speed: f64| match to_speed {
+            to_speed if to_speed < super::STANDING => format!("from {speed:.1} m/s"),
+            _ => format!("from {speed:.1}"),
+        };
+        match *self {
+            Self::Brake {
+                from_speed,
+                to_speed,
+                ..
+            }
+            | Self::SlowDown {
+                from_speed,
+                to_speed,
+            } => format!("{} {}", from(from_speed, to_speed), to(to_speed)),
+            Self::SpeedUp {
+                from_speed,
+                to_speed,
+            } if from_speed < super::STANDING => format!("and speeds up {}", to(to_speed)),
+            Self::SpeedUp {
+                from_speed,
+                to_speed,
+            } => format!("{} {}", from(from_speed, to_speed), to(to_speed)),
+            Self::Turn { degrees } => format!("by {:.0}°", degrees.abs()),
+            Self::ChangeLanes { .. } | Self::NotBrake => String::new(),
+            Self::KeepOn { low, high } => match (format!("{low:.1}"), format!("{high:.1}")) {
+                (low, high) if low == high => format!("with {low} m/s"),
+                (low, high) => format!("with {low} to {high} m/s"),
+            },
+        }
+    }
+}
+
+fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -> String {
     let one = |who: Who| match (who, same) {
         (_, true) => "",
         (Who::Ego, _) => "the ego ",
@@ -110,96 +166,32 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             };
             format!("at {time:.1} s the ego {ego}; {subject}, {there}, {moves}")
         }
-        Fact::Turn {
-            who,
-            degrees,
-            from,
-            to,
-        } => {
-            let side = if degrees > 0.0 { "left" } else { "right" };
-            let degrees = degrees.abs();
-            format!(
-                "{}turns {side} by {degrees:.0}° between {from:.1} and {to:.1} s",
-                one(who)
-            )
-        }
-        Fact::Brake {
+        Fact::Does {
             who,
             from,
             to,
-            from_speed,
-            to_speed,
-            most,
+            action,
         } => {
-            let doubt = if most > GRIP {
-                " (more than tyres hold)"
+            let (verb, object) = (action.verb(), action.object());
+            let again = if again { " again" } else { "" };
+            let object = if object.is_empty() {
+                object
             } else {
-                ""
+                format!(" {object}")
             };
-            format!(
-                "{}brakes from {from_speed:.1} to {to_speed:.1} m/s between {from:.1} and {to:.1} s, with up to {most:.1} m/s²{doubt}",
-                one(who)
-            )
-        }
-        Fact::SpeedUp {
-            who,
-            from,
-            to,
-            from_speed,
-            to_speed,
-        } => {
-            let speeds_up = if from_speed < super::STANDING {
-                "starts and speeds up".into()
+            let when = if from == to {
+                format!("at {from:.1} s")
             } else {
-                format!("speeds up from {from_speed:.1}")
+                format!("between {from:.1} and {to:.1} s")
             };
-            format!(
-                "{}{speeds_up} to {to_speed:.1} m/s between {from:.1} and {to:.1} s",
-                one(who)
-            )
-        }
-        Fact::SlowDown {
-            who,
-            from,
-            to,
-            from_speed,
-            to_speed,
-        } => {
-            let slower = if to_speed < super::STANDING {
-                "m/s to a stand".into()
-            } else {
-                format!("to {to_speed:.1} m/s")
+            let most = match action {
+                Action::Brake { most, .. } if most > GRIP => {
+                    format!(", with up to {most:.1} m/s² (more than tyres hold)")
+                }
+                Action::Brake { most, .. } => format!(", with up to {most:.1} m/s²"),
+                _ => String::new(),
             };
-            format!(
-                "{}slows down from {from_speed:.1} {slower} between {from:.1} and {to:.1} s",
-                one(who)
-            )
-        }
-        Fact::NoBrake { who, from, to } => {
-            format!("{}does not brake between {from:.1} and {to:.1} s", one(who))
-        }
-        Fact::Speeds {
-            who,
-            low,
-            high,
-            from,
-            to,
-        } => {
-            let moves = if super::is_change(high - low, high) {
-                "moves"
-            } else {
-                "keeps on"
-            };
-            let (low, high) = (format!("{low:.1}"), format!("{high:.1}"));
-            let speeds = if low == high {
-                low
-            } else {
-                format!("{low} to {high}")
-            };
-            format!(
-                "{}{moves} with {speeds} m/s between {from:.1} and {to:.1} s",
-                one(who)
-            )
+            format!("{}{verb}{again}{object} {when}{most}", one(who))
         }
         Fact::Pass {
             first,
@@ -219,9 +211,15 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             time,
             seconds,
             is_told,
+            is_last,
         } => {
             let (whole, seconds) = (whole(is_told), least(seconds, "s", 2));
-            format!("the time to collision is lowest{whole} at {time:.1} s: {seconds}")
+            let last = if is_last {
+                ", the last step with both"
+            } else {
+                ""
+            };
+            format!("the time to collision is lowest{whole} at {time:.1} s{last}: {seconds}")
         }
         Fact::ShortTtc { time, .. } => match facts {
             [Fact::ShortTtc { .. }, ..] => {
@@ -229,7 +227,11 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
             }
             _ => {
                 let late = facts.iter().find_map(|fact| match fact {
-                    Fact::Brake { from, .. } => Some(from - time),
+                    Fact::Does {
+                        from,
+                        action: Action::Brake { .. },
+                        ..
+                    } => Some(from - time),
                     _ => None,
                 });
                 format!(
