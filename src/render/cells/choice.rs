@@ -192,46 +192,69 @@ pub fn write(buffer: &mut Buffer, area: Rect, pixmap: &Pixmap, blocks: Blocks, i
 /// tint them, and have a halo.
 const PLAIN: f32 = 0.85;
 
+/// The samples of a cell that a character covers: of each row a bit a column, the leftmost lowest.
+fn covered(symbol: char) -> [u8; DOWN] {
+    let first = |columns: usize| ((1_u16 << columns) - 1) as u8;
+    let row: &dyn Fn(usize) -> u8 = match symbol {
+        '▁'..='▇' => &|y| {
+            let below = (DOWN - y) * 8 <= (symbol as usize - 0x2580) * DOWN;
+            if below { u8::MAX } else { 0 }
+        },
+        '▉'..='▏' => &|_| first((0x2590 - symbol as usize) * ACROSS / 8),
+        _ => match Blocks::of_symbol(symbol) {
+            None => &|_| 0,
+            Some((blocks, parts)) => {
+                let (_, bands) = blocks.per_cell();
+                &move |y| {
+                    let pair = parts >> (2 * ((2 * y + 1) * bands / (2 * DOWN)));
+                    let left = first(ACROSS / 2);
+                    [0, left, !left, u8::MAX][pair & 3]
+                }
+            }
+        },
+    };
+    std::array::from_fn(row)
+}
+
 /// The same with the plain colours of its parts.
 fn plainly<'a>(
     (symbol, front, back): Shown,
     lines: impl Iterator<Item = &'a [u8]> + Clone,
     inks: Inks,
 ) -> Shown {
-    let shape = Blocks::of_symbol(symbol);
-    let is_covered = |x: usize, y: usize| match (symbol, shape) {
-        (' ', _) => false,
-        (_, Some((blocks, parts))) => {
-            let (_, bands) = blocks.per_cell();
-            let band = (2 * y + 1) * bands / (2 * DOWN);
-            parts >> (band * 2 + x * 2 / ACROSS) & 1 == 1
-        }
-        ('▁'..='▇', None) => (DOWN - y) * 8 <= (symbol as usize - 0x2580) * DOWN,
-        (_, None) => x * 8 < (0x2590 - symbol as usize) * ACROSS,
+    let rows = covered(symbol);
+    // Each sample, and whether the character covers it.
+    let samples = || {
+        lines.clone().zip(rows).flat_map(|(line, row)| {
+            let each = line.chunks_exact(4).enumerate();
+            each.map(move |(x, p)| (usize::from(row >> x & 1), [p[0], p[1], p[2]]))
+        })
     };
-    let color = |of: bool| {
-        let rows = lines.clone().enumerate();
-        let samples = rows.flat_map(|(y, line)| {
-            let pixels = line.chunks_exact(4).enumerate();
-            pixels.filter_map(move |(x, p)| (is_covered(x, y) == of).then_some([p[0], p[1], p[2]]))
-        });
-        // The only one that more than half can have.
-        let (mut most, mut votes) = ([0; 3], 0_u32);
-        for sample in samples.clone() {
-            if votes == 0 {
-                most = sample;
-            }
-            votes = if sample == most { votes + 1 } else { votes - 1 };
+    // The only one of each part that more than half can have.
+    let mut leading = [([0; 3], 0_u32); 2];
+    for (part, sample) in samples() {
+        let (most, votes) = &mut leading[part];
+        if *votes == 0 {
+            *most = sample;
         }
-        let (mut all, mut alike) = (0.0, 0.0);
-        for sample in samples {
-            all += 1.0;
-            alike += f32::from(u8::from(sample == most));
-        }
-        (alike >= PLAIN * all).then(|| inks.nearest(most.map(f32::from)).0)
+        *votes = if sample == *most {
+            *votes + 1
+        } else {
+            *votes - 1
+        };
+    }
+    let mut counts = [(0.0, 0.0); 2];
+    for (part, sample) in samples() {
+        let (all, alike) = &mut counts[part];
+        *all += 1.0;
+        *alike += f32::from(u8::from(sample == leading[part].0));
+    }
+    let color = |part: usize| {
+        let (all, alike) = counts[part];
+        (alike >= PLAIN * all).then(|| inks.nearest(leading[part].0.map(f32::from)).0)
     };
-    let back = color(false).unwrap_or(back);
-    match color(true).unwrap_or(front) {
+    let back = color(0).unwrap_or(back);
+    match color(1).unwrap_or(front) {
         front if symbol != ' ' && front != back => (symbol, front, back),
         _ => (' ', back, back),
     }
