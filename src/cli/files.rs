@@ -152,7 +152,7 @@ pub fn say_shared_names(entries: &[Entry]) {
     ));
 }
 
-/// What follows the name of the scenario in the names of such files. Drives of good drivers have a time, too.
+/// What follows the name of the scenario in the names of such files. Drives of ideal drivers have a time, too.
 const ENDINGS: [&str; 3] = [".ego_trajectory.csv", ".solution.xml", ".json"];
 
 /// The paths without side files of scenarios that are named with them, which are said. A file that is named without its

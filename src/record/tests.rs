@@ -43,7 +43,7 @@ enum Ending {
 struct GoodDriver {
     /// Whether it survives.
     survives: bool,
-    /// The reaction time of the good driver.
+    /// The reaction time of the ideal driver.
     #[schemars(title = "reacts", extend("unit" = "s"))]
     delay: f64,
 }

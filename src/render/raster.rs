@@ -48,11 +48,11 @@ pub fn pixels(picture: &Picture, dpi: f64) -> Result<Pixmap, RasterError> {
         return Err(size);
     };
     let transform = Transform::from_scale(scale as f32, scale as f32);
-    painted(picture, w, h, transform, &|_, _| true).ok_or(size)
+    painted(picture, w, h, transform, true, &|_, _| true).ok_or(size)
 }
 
 /// The whole picture in so many pixels, whatever their proportions, with those strokes that are `seen` by their group;
-/// `None` for none.
+/// `None` for none. Surfaces have hard edges: between soft ones a cell would have more colours than it can show.
 pub fn stretched(
     picture: &Picture,
     width: u32,
@@ -64,7 +64,7 @@ pub fn stretched(
         f64::from(height) / picture.size.1,
     );
     let transform = Transform::from_scale(x as f32, y as f32);
-    painted(picture, width, height, transform, seen)
+    painted(picture, width, height, transform, false, seen)
 }
 
 fn painted(
@@ -72,6 +72,7 @@ fn painted(
     width: u32,
     height: u32,
     transform: Transform,
+    soft: bool,
     seen: &dyn Fn(&str, &Stroke) -> bool,
 ) -> Option<Pixmap> {
     let mut pixmap = Pixmap::new(width, height)?;
@@ -82,6 +83,7 @@ fn painted(
     let mut canvas = Canvas {
         pixmap,
         transform,
+        soft,
         clips: vec![None],
     };
     let mut groups = Vec::new();
@@ -100,6 +102,8 @@ fn painted(
 struct Canvas {
     pixmap: Pixmap,
     transform: Transform,
+    /// Whether the edges of what is filled are anti-aliased.
+    soft: bool,
     /// What is seen at present, the innermost last.
     clips: Vec<Option<Mask>>,
 }
@@ -154,8 +158,11 @@ impl Canvas {
 
     fn fill(&mut self, path: &Path, color: Color, rule: FillRule, transform: Transform) {
         let mask = self.clips.last().and_then(Option::as_ref);
-        self.pixmap
-            .fill_path(path, &paint(color), rule, transform, mask);
+        let paint = Paint {
+            anti_alias: self.soft,
+            ..paint(color)
+        };
+        self.pixmap.fill_path(path, &paint, rule, transform, mask);
     }
 
     fn stroke(&mut self, path: &Path, stroke: &Stroke, transform: Transform) {

@@ -449,7 +449,12 @@ impl Arranged {
             self.panes.push((shown, upper));
         }
         self.panes.push((Pane::Timeline, timeline));
-        self.answers(right, body, shares, Compact, focus, (9, 7));
+        let verdict = if (22..26).contains(&body.height) {
+            8
+        } else {
+            9
+        };
+        self.answers(right, body, shares, Compact, focus, (verdict, 7));
     }
 
     /// The column on the right: verdicts, reasoning and plot, of which the first and the last usually have so many

@@ -24,7 +24,7 @@ pub struct GenerateRequest<'a> {
     pub attackers: &'a [i64],
     /// What the search is to look for; models are not told.
     pub wish: Option<&'a Wish>,
-    /// Reaction time of the good driver who has to survive it, seconds.
+    /// Reaction time of the ideal driver who has to survive it, seconds.
     pub delay: f64,
     /// How attackers move.
     pub style: AttackStyle,
@@ -43,7 +43,7 @@ pub enum AttackSource<'a> {
 
 /// Writes attacks.
 pub trait AttackWriter {
-    /// Writes them on some ground, about the ego's drive in a scene, which is the ground's baseline; a good driver with
+    /// Writes them on some ground, about the ego's drive in a scene, which is the ground's baseline; an ideal driver with
     /// a reaction time of `delay` seconds has to survive them. Nothing where `cancel` asked for an end.
     ///
     /// # Errors

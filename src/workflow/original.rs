@@ -57,7 +57,7 @@ impl VariantOrigin {
         Some(Ok(Self { manifest, variant }))
     }
 
-    /// Reaction times of good drivers who survive the variant, seconds, and the names of their drives' files, the
+    /// Reaction times of ideal drivers who survive the variant, seconds, and the names of their drives' files, the
     /// shortest first; a name is empty where the manifest has none.
     pub fn certificates(&self) -> impl DoubleEndedIterator<Item = (&str, &str)> {
         let all = self.manifest.avoidable.iter().flatten();
@@ -103,7 +103,7 @@ impl VariantOrigin {
         AttackStyle::parse(&made.map(|made| made.settings.style).or_else(author)?)
     }
 
-    /// The drive of a good driver who survives the variant: the reaction time and the file; with the longest reaction
+    /// The drive of an ideal driver who survives the variant: the reaction time and the file; with the longest reaction
     /// time where none is asked for.
     #[must_use]
     pub fn certificate(&self, delay: Option<f64>) -> Option<(f64, PathBuf)> {
@@ -206,7 +206,7 @@ pub struct VariantProofs {
     pub certificates: Vec<VerifiedCertificate>,
 }
 
-/// The drive of a good driver, looked at anew.
+/// The drive of an ideal driver, looked at anew.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VerifiedCertificate {
     /// Reaction time of the driver, seconds.

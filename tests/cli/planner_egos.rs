@@ -1,4 +1,4 @@
-//! Drives of planners as egos: evaluated, described, exported, and beside the good driver who survives.
+//! Drives of planners as egos: evaluated, described, exported, and beside the ideal driver who survives.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -202,7 +202,7 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
     if last.is_none() {
         render(&["-o", "x.svg"])
             .status(2)
-            .says(&["no good driver survives it"]);
+            .says(&["no ideal driver survives it"]);
         return;
     }
     render(&["--size", "120x160px", "--all", "-o", "film.gif"]).status(0);
@@ -213,7 +213,7 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
     let svg = std::fs::read_to_string(home.files().join("both.svg")).unwrap();
     for words in [
         "nearmiss · gap",
-        &format!("good driver, {:.1} s", last.unwrap()),
+        &format!("ideal driver, {:.1} s", last.unwrap()),
     ] {
         assert!(svg.contains(words), "{words}");
     }

@@ -1,4 +1,4 @@
-//! Variants of the published scenarios: all pass the gate, most have an effect, and a good driver survives it.
+//! Variants of the published scenarios: all pass the gate, most have an effect, and an ideal driver survives it.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use crate::support;

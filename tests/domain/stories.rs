@@ -135,6 +135,8 @@ fn to_segment(p: Xy, (a, b): (Xy, Xy)) -> f64 {
 struct Pair {
     name: String,
     dt: f64,
+    /// First and last second of the story.
+    span: (f64, f64),
     ego: Vec<(i64, Body)>,
     other: Vec<(i64, Body)>,
     wrong: Vec<String>,
@@ -188,6 +190,7 @@ impl Pair {
         Self {
             name: name.into(),
             dt: scene.scenario.dt(),
+            span: (0.0, 0.0),
             ego,
             other: other.collect(),
             wrong: Vec::new(),
@@ -293,6 +296,7 @@ impl Pair {
                 distance,
                 place,
                 course,
+                ..
             } => {
                 let step = self.step(time);
                 self.is_speed("ego at first", Who::Ego, time, ego_speed);
@@ -327,12 +331,18 @@ impl Pair {
                 left,
                 entered,
             } => self.check_pass(first, left, entered),
-            Fact::LowestTtc { time, seconds, .. } => {
+            Fact::LowestTtc {
+                time,
+                seconds,
+                is_outside,
+                ..
+            } => {
                 let here = self.ttc(self.step(time), 0.005, seconds + 0.1);
                 self.is("ttc", seconds, here.unwrap_or(99.0), 0.011);
                 let steps: Vec<i64> = self.common().map(|(step, ..)| step).collect();
                 let lower = steps
                     .into_iter()
+                    .filter(|s| is_outside || self.is_told(*s))
                     .find(|s| self.ttc(*s, 0.05, seconds - 0.06).is_some());
                 self.holds(
                     &format!("a lower ttc at {lower:?}"),
@@ -402,21 +412,36 @@ impl Pair {
                 time,
                 distance,
                 place,
-                ..
+                is_outside,
             } => {
                 let step = self.step(time);
                 let here = at(&self.ego, step)
                     .unwrap()
                     .distance(at(&self.other, step).unwrap());
                 self.is("nearest", distance, here, 0.011);
-                let nearer = self.common().find(|(_, ego, other)| {
-                    !ego.is_far(other, distance) && ego.distance(other) < distance - 0.02
+                let nearer = self.common().find(|(step, ego, other)| {
+                    (is_outside || self.is_told(*step))
+                        && !ego.is_far(other, distance)
+                        && ego.distance(other) < distance - 0.02
                 });
                 let nearer = nearer.map(|(step, ..)| step);
                 self.holds(&format!("nearer at {nearer:?}"), nearer.is_none());
                 self.place("nearest", step, place);
             }
+            Fact::SpeedsOff { who, by } => {
+                let steps = self.step(self.span.0)..=self.step(self.span.1);
+                let all = self.of(who);
+                let off = steps.filter_map(|step| {
+                    Some((at(all, step)?.speed.abs() - speed(all, step, self.dt)?).abs())
+                });
+                let most = off.fold(0.0, f64::max);
+                self.is("off its places", by, most, 1.0 + 0.3 * by);
+            }
         }
+    }
+
+    fn is_told(&self, step: i64) -> bool {
+        (self.step(self.span.0)..=self.step(self.span.1)).contains(&step)
     }
 
     fn check_action(&mut self, who: Who, (from, to): (f64, f64), action: Action) {
@@ -567,6 +592,7 @@ fn checked(entry: &Entry, ego: &EgoSelection) -> Option<(String, Pair)> {
         return None;
     }
     let mut pair = Pair::new(&entry.name, &scene, obstacle);
+    pair.span = story.span;
     assert!((1..=4).contains(&story.sentences.len()), "{}", story.text());
     for sentence in &story.sentences {
         assert!(sentence.text.ends_with('.') && !sentence.text.contains("NaN"));

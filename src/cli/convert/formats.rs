@@ -106,7 +106,7 @@ fn begun(
     }
     if VariantOrigin::read(entry).is_some() {
         done.said.push(format!(
-            "{name}: its manifest and the drives of good drivers are of the original file, and not copied"
+            "{name}: its manifest and the drives of ideal drivers are of the original file, and not copied"
         ));
     }
     Ok((part.scenario, done))

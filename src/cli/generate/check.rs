@@ -34,7 +34,7 @@ pub struct CheckDocument {
     manifest: Option<CheckedManifest>,
 }
 
-/// The files that a manifest names, and the drives of its good drivers.
+/// The files that a manifest names, and the drives of its ideal drivers.
 #[derive(Serialize, JsonSchema)]
 struct CheckedManifest {
     /// Files whose SHA-256 was compared.
@@ -44,7 +44,7 @@ struct CheckedManifest {
     certificates: Vec<CheckedCertificate>,
 }
 
-/// A good driver's drive: it has to touch no obstacle, at the steps and between them, and to stay on the road.
+/// An ideal driver's drive: it has to touch no obstacle, at the steps and between them, and to stay on the road.
 #[derive(Serialize, JsonSchema)]
 struct CheckedCertificate {
     /// Seconds.
@@ -234,7 +234,7 @@ fn manifest_words(proofs: &VariantProofs) -> String {
             Err(fault) => output::visible(fault),
         };
         words.push_str(&format!(
-            "good driver with a reaction time of {} s: {said}\n",
+            "ideal driver with a reaction time of {} s: {said}\n",
             one.delay
         ));
     }

@@ -72,9 +72,9 @@ pub struct VariantLine {
     pub other_side: Option<String>,
     /// Step before a contact that is only between two steps.
     pub touched_after_step: Option<i64>,
-    /// Whether a good driver avoids it, by reaction time in seconds.
+    /// Whether an ideal driver avoids it, by reaction time in seconds.
     pub avoidable: Option<BTreeMap<String, bool>>,
-    /// The good driver with the longest reaction time who survives.
+    /// The ideal driver with the longest reaction time who survives.
     pub good_driver: Option<GoodDriver>,
     /// Limits of attackers: human or limit.
     pub style: String,
@@ -211,7 +211,7 @@ impl VariantLine {
         Some(names.join(" + "))
     }
 
-    /// What the good driver who survives does that is to be noted: broken rules, leaving the roadway.
+    /// What the ideal driver who survives does that is to be noted: broken rules, leaving the roadway.
     pub fn good_driver_note(&self) -> Option<String> {
         let driver = self.good_driver.as_ref()?;
         let rules = (!driver.rules_broken.is_empty())
@@ -220,10 +220,10 @@ impl VariantLine {
             .leaves_roadway_step
             .map(|step| format!("leaves the lanelets of cars at step {step}"));
         let both: Vec<String> = rules.into_iter().chain(leaves).collect();
-        (!both.is_empty()).then(|| format!("the good driver {}", both.join(" and ")))
+        (!both.is_empty()).then(|| format!("the ideal driver {}", both.join(" and ")))
     }
 
-    /// The longest reaction time (s) with which a good driver avoids it.
+    /// The longest reaction time (s) with which an ideal driver avoids it.
     pub fn latest(&self) -> Option<&str> {
         let all = self.avoidable.iter().flatten();
         let avoided = all.filter(|(_, avoided)| **avoided);

@@ -84,7 +84,7 @@ pub struct GenerateArguments {
     /// Seed of the search; the same seed finds the same attacks.
     #[arg(long, value_name = "N", default_value_t = Effort::default().seed)]
     seed: u64,
-    /// Reaction time in seconds with which a good driver must be able to avoid the attack: 0, 0.5, 1 or 1.5.
+    /// Reaction time in seconds with which an ideal driver must be able to avoid the attack: 0, 0.5, 1 or 1.5.
     #[arg(long, value_name = "S", default_value = "0.5", allow_negative_numbers = true, value_parser = reaction_time)]
     survive: f64,
     /// How attackers move: as people do in an emergency, or as far as their vehicles can [default: `attack_style` of

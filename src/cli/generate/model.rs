@@ -258,7 +258,7 @@ pub struct ModelsReport {
     cost_usd: f64,
     /// Answers without a known price.
     unpriced: u32,
-    /// Conversations with a model: how many of their first answers pass the gate, and have an effect that a good driver
+    /// Conversations with a model: how many of their first answers pass the gate, and have an effect that an ideal driver
     /// survives.
     tries: Tries,
     /// Scenarios in which the model's grades and the exact ranking were compared.

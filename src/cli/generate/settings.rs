@@ -85,7 +85,7 @@ pub struct GenerationSettings {
     pub attacker: Vec<i64>,
     /// How many attack together at most.
     pub attackers: usize,
-    /// Reaction time of the good driver who has to survive, seconds.
+    /// Reaction time of the ideal driver who has to survive, seconds.
     pub survive: f64,
     /// Whose limits attackers keep.
     pub style: String,

@@ -37,7 +37,7 @@ pub struct Summary {
     /// Lowest risk scores of the attackers before and after.
     before: Vec<u8>,
     after: Vec<u8>,
-    /// Of the good drivers who survive collisions and near misses the largest acceleration, m/s².
+    /// Of the ideal drivers who survive collisions and near misses the largest acceleration, m/s².
     hardest: Option<f64>,
     /// Of collisions and near misses, by reaction time.
     avoidable: BTreeMap<String, usize>,
@@ -248,7 +248,7 @@ impl Summary {
             let people = HumanLimits::for_kind(ObstacleType::Car).braking;
             if let Some(hardest) = self.hardest.filter(|hardest| *hardest > people) {
                 text.push_str(&format!(
-                    "peak of the good driver {hardest:.1} m/s²: people brake with up to {people:.1} m/s²\n"
+                    "peak of the ideal driver {hardest:.1} m/s²: people brake with up to {people:.1} m/s²\n"
                 ));
             }
         }
@@ -333,15 +333,17 @@ impl Summary {
         MotionQuantity::ALL.into_iter().filter_map(apart).collect()
     }
 
-    /// With which reaction times a good driver avoids the collisions and near misses, of which there are so many.
+    /// With which reaction times an ideal driver avoids the collisions and near misses, of which there are so many.
     fn avoidable_words(&self, effective: usize) -> String {
         if effective == 1 {
             let mut avoided = self.avoidable.iter().filter(|(_, n)| **n > 0);
             return match avoided.next_back() {
                 Some((delay, _)) => {
-                    format!("avoidable by a good driver with a reaction time of up to {delay} s\n")
+                    format!(
+                        "avoidable by an ideal driver with a reaction time of up to {delay} s\n"
+                    )
                 }
-                None => "no way was found by which a good driver avoids it\n".into(),
+                None => "no way was found by which an ideal driver avoids it\n".into(),
             };
         }
         let late = self.avoidable.iter();
@@ -349,7 +351,7 @@ impl Summary {
             .map(|(delay, n)| format!("{n} with a reaction time of {delay} s"))
             .collect();
         format!(
-            "of {effective} collisions and near misses, a good driver avoids: {}\n",
+            "of {effective} collisions and near misses, an ideal driver avoids: {}\n",
             late.join(", ")
         )
     }

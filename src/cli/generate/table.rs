@@ -191,7 +191,7 @@ impl Generated {
 }
 
 impl Generated {
-    /// That several were asked to attack and one does, though it reaches no collision that a good driver avoids with the
+    /// That several were asked to attack and one does, though it reaches no collision that an ideal driver avoids with the
     /// reaction time that was asked for.
     fn alone_after_all(&self) -> Option<String> {
         let chosen = self.made.chosen.as_ref()?;

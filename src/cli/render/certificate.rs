@@ -1,4 +1,4 @@
-//! Variants in pictures: the good driver who survives one (`--with-certificate`), and both motions of each attacker.
+//! Variants in pictures: the ideal driver who survives one (`--with-certificate`), and both motions of each attacker.
 
 use std::ops::Range;
 use std::path::Path;
@@ -20,10 +20,10 @@ use super::{Drawing, Timeline};
 use crate::open::{Opened, entry, scene_and_doubts};
 use crate::{Failure, Outcome, output};
 
-/// The good driver beside the drive in a variant.
+/// The ideal driver beside the drive in a variant.
 #[derive(Debug, clap::Args, Serialize)]
 pub struct CertificateOption {
-    /// Below each map of a variant of `nearmiss generate` the good driver of its certificate with this reaction time at
+    /// Below each map of a variant of `nearmiss generate` the ideal driver of its certificate with this reaction time at
     /// the same moment, with the gap of each; with --all -o FILE.gif a film [default: the longest that survives].
     #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego"])]
     pub with_certificate: Option<Reaction>,
@@ -165,7 +165,7 @@ impl Drawing<'_> {
         let Some((delay, file)) = origin.certificate(delay) else {
             let known: Vec<&str> = origin.certificates().map(|(seconds, _)| seconds).collect();
             return Err(named(&match (delay, known.is_empty()) {
-                (_, true) => "no good driver survives it, so there is no certificate".to_string(),
+                (_, true) => "no ideal driver survives it, so there is no certificate".to_string(),
                 (delay, false) => format!(
                     "no certificate for a reaction time of {:.1} s; there is one for {}",
                     delay.unwrap_or_default(),
@@ -187,7 +187,7 @@ impl Drawing<'_> {
         survived.ego.footprint = planned.ego.footprint.clone();
         let planner = origin.planner();
         let thresholds = &self.thresholds;
-        let survivor = format!("good driver, {delay:.1} s");
+        let survivor = format!("ideal driver, {delay:.1} s");
         Ok((
             origin,
             Drive::new(planner, planned, thresholds),

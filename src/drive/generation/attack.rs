@@ -26,7 +26,7 @@ pub struct Attack {
     pub implausibility: f64,
     /// Its effect on the ego, if it was driven.
     pub effect: Option<Effect>,
-    /// Whether a good driver survives it with the reaction time that is asked for, where that was looked for.
+    /// Whether an ideal driver survives it with the reaction time that is asked for, where that was looked for.
     pub survivable: Option<bool>,
 }
 
@@ -129,7 +129,7 @@ impl AttackSetup<'_> {
         nearest + (SECONDS_AFTER_ATTACK / self.stage.dt()).ceil() as i64
     }
 
-    /// Drives the ego against it to the end, and looks whether each attacker is needed and a good driver survives it
+    /// Drives the ego against it to the end, and looks whether each attacker is needed and an ideal driver survives it
     /// with a reaction time of `delay` seconds. Returns what that took, see [`Effect::work`].
     pub fn survive(&self, attack: &mut Attack, delay: f64) -> usize {
         attack.effect = self.effect(&attack.change, i64::MAX);

@@ -1,4 +1,4 @@
-//! Whether a good driver could have avoided the collision, and what the evasive trajectory asks of its driver.
+//! Whether an ideal driver could have avoided the collision, and what the evasive trajectory asks of its driver.
 //!
 //! The ego drives unchanged until the reaction time has passed since the last recorded state of the attacker; of several
 //! that of the first one that moves otherwise, since a driver who saw it is alert to the others. From then
@@ -96,7 +96,7 @@ pub enum Unavoidable {
     Ended(Outcome),
     /// Everything that was tried ends badly.
     NothingFound,
-    /// The planner's process failed, which says nothing about a good driver: nothing was tried.
+    /// The planner's process failed, which says nothing about an ideal driver: nothing was tried.
     NotLookedFor,
 }
 
@@ -131,7 +131,7 @@ impl Avoidability {
         Self { certificates }
     }
 
-    /// Without a search: nothing is known about a good driver.
+    /// Without a search: nothing is known about an ideal driver.
     #[must_use]
     pub fn not_looked_for() -> Self {
         let nothing = NotFound {

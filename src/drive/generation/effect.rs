@@ -294,7 +294,7 @@ fn lowest(curve: &RiskCurve) -> Option<u8> {
 pub struct SelectedAttack {
     /// The attack; the ego was driven against it.
     pub attack: Attack,
-    /// Whether a good driver avoids it.
+    /// Whether an ideal driver avoids it.
     pub avoidability: Avoidability,
 }
 
@@ -315,7 +315,7 @@ const BREAKING: usize = 3;
 /// the first. Nothing where no attack was driven.
 ///
 /// An attack under which the planner's process fails is preferred to all but a collision that can be avoided, if it
-/// fails again. That says nothing about a good driver, so no way out is looked for.
+/// fails again. That says nothing about an ideal driver, so no way out is looked for.
 ///
 /// Being hit from behind proves nothing and is never preferred to a near miss.
 #[must_use]
@@ -417,7 +417,7 @@ impl SelectedAttack {
         all.filter(|(_, c)| c.avoidance().is_some()).count()
     }
 
-    /// How good it is, the more the better: a collision with an attacker that a good driver avoids with a reaction time
+    /// How good it is, the more the better: a collision with an attacker that an ideal driver avoids with a reaction time
     /// of `delay` seconds, such a near miss, an effect that is not avoided, none.
     pub(super) fn rank(&self, delay: f64) -> Rank {
         let avoided = self.avoidability.at(delay) == Some(true);
@@ -437,12 +437,12 @@ impl SelectedAttack {
 pub(super) enum Rank {
     /// The ego gets away.
     Harmless,
-    /// No good driver was found to avoid it.
+    /// No ideal driver was found to avoid it.
     Hopeless,
-    /// A near miss that a good driver avoids.
+    /// A near miss that an ideal driver avoids.
     NearMiss,
     /// The planner's process fails.
     PlannerError,
-    /// A collision that a good driver avoids: the best there is.
+    /// A collision that an ideal driver avoids: the best there is.
     Collision,
 }

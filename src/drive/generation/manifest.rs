@@ -78,7 +78,7 @@ pub struct Manifest {
     pub risk_before: RiskCurve,
     /// Risk scores of the main attacker in the variant.
     pub risk_after: RiskCurve,
-    /// Certificates of good drivers by reaction time in seconds; `None` where none was looked for.
+    /// Certificates of ideal drivers by reaction time in seconds; `None` where none was looked for.
     pub avoidable: Option<BTreeMap<String, CertificateRecord>>,
     /// What was refused on the way to it.
     pub rejected: Vec<RefusalRecord>,
@@ -258,7 +258,7 @@ pub struct ContactRecord {
     pub other_side: String,
 }
 
-/// Whether a good driver with a reaction time avoids a variant, and how or why not.
+/// Whether an ideal driver with a reaction time avoids a variant, and how or why not.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CertificateRecord {

@@ -41,7 +41,7 @@ const BRAKING_DISTANCE: f64 = 0.3;
 const BRAKING: f64 = 9.0;
 const RESUMING: f64 = 2.5;
 
-/// A good driver needs so long to get away, seconds.
+/// An ideal driver needs so long to get away, seconds.
 const CHANCE: f64 = 1.3;
 
 /// An attack that takes longer than this is seen through, seconds.
@@ -100,7 +100,7 @@ impl OpenLoopScreening {
         nearest
     }
 
-    /// How promising it is: the less, the better. Contact that a good driver could have avoided is best, from behind
+    /// How promising it is: the less, the better. Contact that an ideal driver could have avoided is best, from behind
     /// worst.
     #[must_use]
     pub fn cost(&self) -> f64 {

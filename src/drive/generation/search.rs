@@ -22,7 +22,7 @@ use super::manoeuvre::{ManoeuvreSpace, Numbers};
 use super::screening::{self, Trial};
 use super::{AllowedAttacks, Effort, Progress, Refusal, SearchResult, attacker, motion};
 
-/// An attack of this cost is as good as one can be: a collision that a good driver survives.
+/// An attack of this cost is as good as one can be: a collision that an ideal driver survives.
 const BEST_COST: f64 = -3.0;
 
 /// No more is asked of a collision that costs no more than this beyond it for being unlike recorded motions; so many rounds
@@ -30,7 +30,7 @@ const BEST_COST: f64 = -3.0;
 const IMPLAUSIBILITY_COST: f64 = 0.35;
 const PLAUSIBILITY_ROUNDS: usize = 3;
 
-/// One of this cost is a near miss that a good driver survives; so many rounds after the first are spent to find better
+/// One of this cost is a near miss that an ideal driver survives; so many rounds after the first are spent to find better
 /// ones.
 const GOOD_COST: f64 = -2.0;
 const COLLISION_ROUNDS: usize = 3;
@@ -206,7 +206,7 @@ impl Search<'_> {
         self.polish(effort, &mut random, watch);
     }
 
-    /// Whether an attack was found that a good driver survives.
+    /// Whether an attack was found that an ideal driver survives.
     fn is_survived(&self) -> bool {
         self.attacks().any(|a| a.survivable == Some(true))
     }
@@ -219,7 +219,7 @@ impl Search<'_> {
         self.tried.iter().map(|t| &t.attack)
     }
 
-    /// Attacks that no good driver was found to survive.
+    /// Attacks that no ideal driver was found to survive.
     fn hopeless(&self) -> usize {
         let hopeless = |a: &&Attack| a.survivable == Some(false);
         self.attacks().filter(hopeless).count()
@@ -353,7 +353,7 @@ impl Search<'_> {
         true
     }
 
-    /// Looks whether a good driver survives what the ego did not, the most dangerous first.
+    /// Looks whether an ideal driver survives what the ego did not, the most dangerous first.
     fn look(&mut self, delay: f64) {
         let most = if self.hopeless() >= HOPELESS {
             OF_HOPELESS
@@ -442,7 +442,7 @@ const LONGER: f64 = 1.3;
 const SHORTER: f64 = 0.6;
 
 impl Search<'_> {
-    /// Changes what came nearest, until a good driver survives an attack or enough was done.
+    /// Changes what came nearest, until an ideal driver survives an attack or enough was done.
     fn polish(
         &mut self,
         effort: &Effort,

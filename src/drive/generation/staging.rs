@@ -1,11 +1,11 @@
 //! Attacks by one obstacle after the other: each further attacker is staged in the scenario with the motions of those
 //! before it.
 //!
-//! The first attacker is searched for in the scenario as it was recorded. Where one alone reaches no collision that a good
+//! The first attacker is searched for in the scenario as it was recorded. Where one alone reaches no collision that an ideal
 //! driver survives, the attacks that came nearest to the ego without a collision stay on, and another attacker is searched
 //! for beside each of them: against the ego as it drives under that attack. The ego is driven against all motions at once.
 //!
-//! Where a search finds nothing that a good driver survives, others follow with new random numbers. In every second one
+//! Where a search finds nothing that an ideal driver survives, others follow with new random numbers. In every second one
 //! attackers keep the limits of people also where they need not: among all that a vehicle can do, what a person does is
 //! found late.
 //!
@@ -82,7 +82,7 @@ pub(super) fn search(
 }
 
 /// Searches for one more attacker beside those of each base, where `rank` is reached already: again with new random
-/// numbers until something is found that a good driver survives, or too much work was done.
+/// numbers until something is found that an ideal driver survives, or too much work was done.
 fn round(
     workshop: &VariantGenerator,
     bases: &[Base],

@@ -30,7 +30,7 @@ pub struct Variant<'a> {
     pub asked: &'a [Motion],
     /// What it leads to.
     pub effect: &'a Effect,
-    /// Whether a good driver avoids it.
+    /// Whether an ideal driver avoids it.
     pub avoidability: &'a Avoidability,
     /// What was refused on the way to it.
     pub refusals: &'a [Refusal],

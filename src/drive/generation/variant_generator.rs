@@ -182,7 +182,7 @@ impl VariantGenerator {
         self.unsafe_already().is_none() && lowest.is_none_or(|score| score > NEAR_MISS)
     }
 
-    /// Searches, and takes the most dangerous attack that a good driver survives, with as many attackers as it needs and
+    /// Searches, and takes the most dangerous attack that an ideal driver survives, with as many attackers as it needs and
     /// the effort allows; only with what is allowed. `watch` hears how far that
     /// is, and says whether to go on. Nothing is tried where the original is not safe.
     ///
@@ -215,7 +215,7 @@ pub struct Effort {
     pub attackers: usize,
     /// At most so many obstacles attack together, 1 to [`super::MOST_ATTACKERS`].
     pub together: usize,
-    /// A good driver has to survive it with this reaction time, seconds; one of [`super::DELAYS`].
+    /// An ideal driver has to survive it with this reaction time, seconds; one of [`super::DELAYS`].
     pub delay: f64,
     /// The seed of the random numbers.
     pub seed: u64,

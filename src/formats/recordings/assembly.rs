@@ -22,6 +22,8 @@ pub struct Map {
     pub signs: Vec<Sign>,
     pub lights: Vec<TrafficLight>,
     pub intersections: Vec<Intersection>,
+    /// Outlines of what can be driven on beside the lanelets.
+    pub areas: Vec<Vec<Point>>,
 }
 
 /// A road user of a recording.
@@ -131,6 +133,7 @@ pub fn assemble(
         attributes: BTreeMap::from(attributes.map(|(k, v)| (k.to_string(), v.to_string()))),
     };
     let mut scenario = builder.finish(header, about.hash);
+    scenario.network.areas = map.areas;
     scenario.recorded_ego = own.map(|parts| RecordedEgo {
         obstacle: Obstacle::new(parts, dt),
         file: report.file().to_string(),

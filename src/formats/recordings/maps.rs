@@ -93,6 +93,7 @@ pub fn read(
                 signs: network.signs,
                 lights: network.lights,
                 intersections: network.intersections,
+                areas: network.areas,
             };
             renumbered(map, ids)
         }

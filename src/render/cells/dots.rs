@@ -4,7 +4,10 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
-use tiny_skia::{BlendMode, FillRule, Paint, Pixmap, PremultipliedColorU8, Transform};
+use tiny_skia::{
+    BlendMode, FillRule, FilterQuality, Paint, Pattern, Pixmap, PremultipliedColorU8, SpreadMode,
+    Transform,
+};
 
 use super::colors::Inks;
 use super::{Appearance, Blocks, MapStyle};
@@ -48,6 +51,12 @@ pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
         rows as f32 / picture.size.1 as f32,
     );
     let transform = Transform::from_scale(scale.0, scale.1);
+    // Without colours every second dot of a body is set, so that it is one, however it is turned; the ego alone is
+    // solid.
+    let mut hatched = Pixmap::new(2, 2)?;
+    let dot = PremultipliedColorU8::from_rgba(0, 0, 0, BODY)?;
+    hatched.pixels_mut()[0] = dot;
+    hatched.pixels_mut()[3] = dot;
     let mut groups: Vec<&str> = Vec::new();
     let mut junctions = Vec::new();
     clip::each(picture, |item| match item {
@@ -82,11 +91,17 @@ pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
                 ..paint(color.at(f64::from(kind) / 255.0))
             };
             if let Some(color) = fill {
-                // What is hollow hides what lies below.
-                let paint = match group {
-                    "outlines" => cleared(),
-                    _ => ink(color, kind),
-                };
+                let mut paint = ink(color, kind);
+                if group == "outlines" {
+                    paint.shader = Pattern::new(
+                        hatched.as_ref(),
+                        SpreadMode::Repeat,
+                        FilterQuality::Nearest,
+                        1.0,
+                        // The transform of the path is applied to it, too.
+                        Transform::from_scale(1.0 / scale.0, 1.0 / scale.1),
+                    );
+                }
                 pixmap.fill_path(&path, &paint, FillRule::Winding, transform, None);
             }
             if let Some(stroke) = stroke {

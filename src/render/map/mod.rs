@@ -334,7 +334,7 @@ pub struct WorkbenchMap<'a> {
     pub filled: bool,
     /// Whether lanes have their markings, or borders alone.
     pub markings: bool,
-    /// Whether bodies are outlined, so that they are told from the ego where there are no colours.
+    /// Whether bodies are outlined and hatched, so that they are told from the ego where there are no colours.
     pub hollow: bool,
     /// Metres a character is wide; 0 for an image. On a map of characters the caller writes words, and an arrow in place
     /// of what is too small, and a box around it in place of what is too small for an outline.
@@ -360,7 +360,7 @@ const LAMP: (f64, f64, f64) = (0.1, 0.3, 0.4);
 /// How opaque what two bodies cover is.
 const VEIL: f64 = 0.4;
 
-/// Characters along a body that has room for a windscreen.
+/// Characters along a body that has room for lamps.
 const ROOM: f64 = 3.0;
 
 impl WorkbenchMap<'_> {
@@ -438,7 +438,8 @@ impl WorkbenchMap<'_> {
             picture.polygon(&corners, Some(color), None);
         };
         let is_box = rings.iter().all(|ring| ring.len() == 4);
-        if self.filled && !body.stands && is_box {
+        // In few characters its shades would blur the outline.
+        if self.filled && !body.stands && is_box && !body.is_small(self.cell) {
             let glass = color.towards(self.theme.map_ground, GLASS);
             let inset = 0.1 * (left - right);
             let screen = (body.part(SCREEN.0), body.part(SCREEN.1));

@@ -23,6 +23,8 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture) {
         Some(look) if look.filled => grounds(map, look.theme, p),
         Some(_) => {}
         None => {
+            let palette = map.palette;
+            areas(map, p, palette.road.towards(palette.background, BESIDE));
             let roads = surfaces().filter(|s| s.kind != SurfaceKind::Crossing);
             roads.for_each(|road| surface(map, p, road));
         }
@@ -53,19 +55,28 @@ fn surface(map: &Map<'_>, picture: &mut Picture, surface: &Surface) {
     picture.polygon(&ring, Some(color), Some(Stroke::new(color, 0.5).rounded()));
 }
 
+/// How much drivable areas, shoulders and parking spaces look like the ground: the part of the way from the road's colour.
+const BESIDE: f64 = 0.3;
+
+/// Drivable areas beside the lanes, below all else.
+fn areas(map: &Map<'_>, picture: &mut Picture, color: Color) {
+    for area in &map.scene.areas {
+        picture.polygon(&map.view.all(&area.ring), Some(color), None);
+    }
+}
+
 /// Roads over what lies beside them; junctions go over the lanes that lead through them.
 fn grounds(map: &Map<'_>, theme: &Theme<Color>, picture: &mut Picture) {
     use SurfaceKind as K;
     let (road, beside) = (theme.map_road, theme.map_ground);
+    let shoulder = road.towards(beside, BESIDE);
+    areas(map, picture, shoulder);
     let of_kind = |kinds: &'static [K]| move |s: &Surface| kinds.contains(&s.kind);
     let mut merged =
         |color, is_meant: &dyn Fn(&Surface) -> bool| merged(map, picture, color, is_meant);
     merged(road.towards(beside, 0.55), &of_kind(&[K::Verge]));
     merged(theme.map_path, &of_kind(&[K::Sidewalk, K::Bicycle]));
-    merged(
-        road.towards(beside, 0.3),
-        &of_kind(&[K::Shoulder, K::Parking]),
-    );
+    merged(shoulder, &of_kind(&[K::Shoulder, K::Parking]));
     merged(road, &of_kind(&[K::Driving, K::Bus, K::Crossing]));
 }
 

@@ -254,6 +254,8 @@ impl PageMap {
         let (basemap, subject) = (figure.basemap(), figure.subject());
         let is_crossing = |s: &&Surface| s.kind == SurfaceKind::Crossing;
         let surfaces = basemap.surfaces.iter();
+        let areas = { basemap.areas.iter() }.map(|area| ('a', origin.line(&area.ring)));
+        let lanes = { surfaces.clone() }.map(|s| (surface(s.kind), origin.line(&s.ring)));
         let borders = basemap.borders.iter().flat_map(|border| {
             border.lines.iter().map(|line| {
                 let points = match line.offset {
@@ -285,10 +287,7 @@ impl PageMap {
             }
         }
         Self {
-            surfaces: surfaces
-                .clone()
-                .map(|s| (surface(s.kind), origin.line(&s.ring)))
-                .collect(),
+            surfaces: areas.chain(lanes).collect(),
             stripes: surfaces
                 .filter(is_crossing)
                 .flat_map(|surface| surface.stripes(STRIPE))

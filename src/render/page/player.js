@@ -127,7 +127,8 @@ const draw = () => {
   pen.fillRect(0, 0, width, height);
   world();
   pen.lineJoin = pen.lineCap = "round";
-  for (const [kind, path] of road.surfaces.filter(([kind]) => kind !== "c")) {
+  for (const [, path] of road.surfaces.filter(([kind]) => kind === "a")) fill(path, "road", 0.5);
+  for (const [kind, path] of road.surfaces.filter(([kind]) => kind !== "a" && kind !== "c")) {
     fill(path, kind === "p" ? "path" : "road");
     line(path, kind === "p" ? "path" : "road", px);
   }

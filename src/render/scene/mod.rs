@@ -18,7 +18,9 @@ use bodies::positions;
 
 pub use bodies::{Body, Contact, Importance, Trail, TrailSpan};
 pub use borders::{Border, DASH, MarkingLine, Paint, offset};
-pub use road::{Basemap, GoalArea, Region, RegionKind, STRIPE, StopLine, Surface, SurfaceKind};
+pub use road::{
+    Basemap, DrivableArea, GoalArea, Region, RegionKind, STRIPE, StopLine, Surface, SurfaceKind,
+};
 
 /// Who or what a thing on the map is about: a backend has a colour for each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,6 +100,8 @@ pub struct MapScene<'a> {
     pub basemap: &'a Basemap,
     /// Surfaces of lanelets.
     pub surfaces: Vec<&'a Surface>,
+    /// Drivable areas beside them.
+    pub areas: Vec<&'a DrivableArea>,
     /// Borders of lanes.
     pub borders: Vec<&'a Border>,
     /// Lines to stop at.
@@ -159,12 +163,14 @@ impl<'a> MapScene<'a> {
             basemap, viewport, ..
         } = request;
         let surfaces = basemap.surfaces.iter();
+        let areas = basemap.areas.iter();
         let borders = basemap.borders.iter();
         let stop_lines = basemap.stop_lines.iter();
         let goals = basemap.goals.iter();
         Self {
             basemap,
             surfaces: surfaces.filter(|s| viewport.sees(&s.bounds)).collect(),
+            areas: areas.filter(|a| viewport.sees(&a.bounds)).collect(),
             borders: borders.filter(|b| viewport.sees(&b.bounds)).collect(),
             stop_lines: stop_lines.filter(|l| viewport.sees_any(&l.ends)).collect(),
             goals: goals.filter(|g| g.is_seen(basemap, viewport)).collect(),

@@ -22,6 +22,8 @@ const MOST_LINES: f64 = 2000.0;
 pub struct Basemap {
     /// A surface for each lanelet, in the network's order.
     pub surfaces: Vec<Surface>,
+    /// What can be driven on beside the lanelets.
+    pub areas: Vec<DrivableArea>,
     /// Borders of lanes, each once though neighbours share it: painted ones, then those of which nothing is said.
     pub borders: Vec<Border>,
     /// Lines to stop at.
@@ -71,6 +73,15 @@ pub struct Surface {
     edges: Option<(Polyline, Polyline)>,
 }
 
+/// A drivable area beside the lanelets, or around them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrivableArea {
+    /// Its outline, not closed.
+    pub ring: Vec<Point>,
+    /// The box around it.
+    pub bounds: Bounds,
+}
+
 /// A line to stop at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StopLine {
@@ -107,7 +118,14 @@ impl Basemap {
         for (surface, crossed) in surfaces.iter_mut().zip(crossed) {
             surface.is_crossed = crossed;
         }
+        let area = |ring: &Vec<Point>| {
+            Some(DrivableArea {
+                bounds: Bounds::from_points(ring)?,
+                ring: ring.clone(),
+            })
+        };
         Self {
+            areas: network.areas.iter().filter_map(area).collect(),
             borders,
             surfaces,
             stop_lines: network

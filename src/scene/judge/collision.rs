@@ -71,12 +71,14 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             name(&hit.participant),
             touching(scene, &contact),
         ),
-        (None, Some(nearest)) => format!(
-            "No body touches the ego's at any recorded step or between two; the smallest distance at a step is {} to {} at {}.",
-            metres(nearest.nearest),
-            name(&nearest.participant),
-            moment(scene, nearest.nearest_step),
-        ),
+        (None, Some(nearest)) => {
+            format!(
+                "No body touches the ego's at any recorded step or between two; the smallest distance at a step is {} to {} at {}.",
+                metres(nearest.nearest),
+                name(&nearest.participant),
+                moment(scene, nearest.nearest_step),
+            ) + &uncertain(scene, nearest)
+        }
         (None, None) => "No other road user is ever there.".to_string(),
     };
     let lines = histories.iter().map(|h| line(scene, h));
@@ -98,6 +100,22 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
         },
         prospects: Vec::new(),
     }
+}
+
+/// Why bodies that come so near that evenly joined steps let them overlap have no contact.
+fn uncertain(scene: &Scene, nearest: &History<'_>) -> String {
+    let step = nearest.nearest_step;
+    let overlap = |step| Contact::uncertain_overlap(scene, &nearest.participant, step);
+    let deepest = [step - 1, step]
+        .into_iter()
+        .filter_map(overlap)
+        .reduce(f64::max);
+    deepest.map_or(String::new(), |overlap| {
+        format!(
+            " Between the steps around it, straight ways would overlap by {}, less than the recording leaves uncertain there: no contact.",
+            metres(overlap)
+        )
+    })
 }
 
 fn by_distance<'a, 'b>(histories: &'b [History<'a>]) -> Option<&'b History<'a>> {

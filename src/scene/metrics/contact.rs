@@ -15,7 +15,7 @@
 //! measure of traffic conflict severity, 2011; Laureshyn et al., In search of the severity dimension of traffic events,
 //! 2017.
 
-use nearmiss_base::geometry::{Placed, Point, Pose, Vector, angle_between};
+use nearmiss_base::geometry::{Placed, Point, Pose, Sweep, Vector, angle_between};
 
 use super::context::BodyAtStep;
 use super::{Compute, Context, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
@@ -56,10 +56,7 @@ impl Contact {
     /// The contact at a step or on the way to it from the step before, if there is one.
     #[must_use]
     pub fn at(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<Self> {
-        let there = |step| {
-            let ego = (scene.ego.track.at(step)?, scene.ego_footprint_at(step));
-            Some([ego, (other.at(step)?, other.footprint_at(step))])
-        };
+        let there = |step| bodies(scene, other, step);
         let here = there(step)?;
         let steps = Steps {
             is_possible: other.obstacle.is_occupancy_at(step),
@@ -68,6 +65,20 @@ impl Contact {
             dt: scene.scenario.dt(),
         };
         steps.contact(&there, step.checked_sub(1).and_then(there), here)
+    }
+
+    /// How far the bodies would overlap on the way from a step to the next one, metres, where that is no contact: a
+    /// recording does not tell the way between its steps so exactly.
+    #[must_use]
+    pub fn uncertain_overlap(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<f64> {
+        if Self::at(scene, other, step + 1).is_some() {
+            return None;
+        }
+        let before = bodies(scene, other, step)?;
+        let here = bodies(scene, other, step + 1)?;
+        let ways = ways(before, here, scene.scenario.dt())?;
+        let share = ways[0].first_touch(&ways[1])?;
+        Some(deepest_overlap(&ways, share))
     }
 
     /// The first contact of the recording with a participant.
@@ -90,6 +101,35 @@ impl Contact {
     pub fn first(scene: &Scene, other: &Participant<'_>) -> Option<Self> {
         scene.steps().find_map(|step| Self::at(scene, other, step))
     }
+}
+
+/// The ego and another at a step, where both are there.
+fn bodies<'s>(
+    scene: &'s Scene,
+    other: &'s Participant<'_>,
+    step: i64,
+) -> Option<[BodyAtStep<'s>; 2]> {
+    let ego = (scene.ego.track.at(step)?, scene.ego_footprint_at(step));
+    Some([ego, (other.at(step)?, other.footprint_at(step))])
+}
+
+/// The ways of both from a step to the next one, so many seconds later; nothing where one jumps.
+fn ways<'a>(
+    before: [BodyAtStep<'a>; 2],
+    here: [BodyAtStep<'a>; 2],
+    dt: f64,
+) -> Option<[Sweep<'a>; 2]> {
+    let ([was, other_was], [ego, other]) = (before.map(placed), here.map(placed));
+    Some([driven_way(was, ego, dt)?, driven_way(other_was, other, dt)?])
+}
+
+/// The deepest overlap on the ways from a share of them on, metres.
+fn deepest_overlap(ways: &[Sweep<'_>; 2], share: f64) -> f64 {
+    let overlap = |look: usize| {
+        let share = share + (1.0 - share) * look as f64 / OVERLAP_SAMPLES as f64;
+        ways[0].at(share).overlap(&ways[1].at(share))
+    };
+    (0..=OVERLAP_SAMPLES).map(overlap).fold(0.0, f64::max)
 }
 
 fn placed<'a>((motion, body): BodyAtStep<'a>) -> Placed<'a> {
@@ -164,18 +204,10 @@ impl Steps {
         let near = (other.pose.position - ego.pose.position).norm() <= reach;
         let overlaps = near && ego.distance(&other) <= 0.0;
         let touch = before.and_then(|before| {
-            let [was, other_was] = before.map(placed);
-            let ways = [
-                driven_way(was, ego, self.dt)?,
-                driven_way(other_was, other, self.dt)?,
-            ];
+            let ways = ways(before, here, self.dt)?;
             let share = ways[0].first_touch(&ways[1]).filter(|share| *share > 0.0)?;
-            let overlap = |look: usize| {
-                let share = share + (1.0 - share) * look as f64 / OVERLAP_SAMPLES as f64;
-                ways[0].at(share).overlap(&ways[1].at(share))
-            };
             let certain = overlaps || {
-                let deepest = (0..=OVERLAP_SAMPLES).map(overlap).fold(0.0, f64::max);
+                let deepest = deepest_overlap(&ways, share);
                 let is_at = |share| [ways[0].at(share), ways[1].at(share)];
                 deepest > self.uncertainty(there, None)
                     || [0, 1].into_iter().any(|of| {

@@ -19,6 +19,8 @@ pub struct LaneletNetwork {
     pub lights: Vec<TrafficLight>,
     /// Intersections.
     pub intersections: Vec<Intersection>,
+    /// Outlines of what can be driven on beside the lanelets, each a ring (not closed): seen on maps, and no more.
+    pub areas: Vec<Vec<Point>>,
     pub(super) index: Index,
     places: HashMap<i64, usize>,
     bounds: Vec<Bounds>,
@@ -293,6 +295,7 @@ impl LaneletNetwork {
             signs,
             lights,
             intersections,
+            areas: Vec::new(),
             index: Index::default(),
             places,
             bounds,

@@ -1,7 +1,6 @@
 //! What one does over some steps, each with its own times: turns, brakes, slows down, speeds up, changes lanes.
 
 use std::f64::consts::FRAC_PI_2;
-use std::ops::{Range, RangeInclusive};
 
 use serde::Serialize;
 
@@ -21,8 +20,11 @@ const LEAST_WAY: f64 = 2.0;
 /// Who gains or loses less keeps on, m/s.
 pub(super) const NOTABLE: f64 = 0.5;
 
-/// The share of a way by which places may differ from speeds.
-const AS_RECORDED: f64 = 0.15;
+/// The share by which speeds by places are off recorded ones, beside [`NOTABLE`].
+const AS_RECORDED: f64 = 0.06;
+
+/// Speeds that are off those by places by less are as recordings are, m/s.
+const FAR_OFF: f64 = 2.0;
 
 /// Headings that change by more between two steps are those of a reversal or of noise, where the way does not turn as they
 /// do, radians: 30°.
@@ -67,7 +69,7 @@ pub enum Action {
         /// Speed at the end, m/s.
         to_speed: f64,
     },
-    /// Its heading changes by 25° or more.
+    /// Its heading changes by 15° or more.
     Turn {
         /// To the left; negative to the right.
         degrees: f64,
@@ -89,7 +91,7 @@ pub enum Action {
 }
 
 impl Action {
-    /// How much there is to tell of it: m/s of a speed, 10° of a turn; braking tells most.
+    /// How much there is to tell of it: m/s of a speed, 20° of a turn; braking tells most.
     fn weight(&self) -> f64 {
         match *self {
             Self::Brake {
@@ -105,7 +107,7 @@ impl Action {
                 from_speed,
                 to_speed,
             } => (from_speed - to_speed).abs(),
-            Self::Turn { degrees } => degrees.abs() / 10.0,
+            Self::Turn { degrees } => degrees.abs() / 20.0,
             Self::ChangeLanes { .. } => 5.0,
             Self::NotBrake | Self::KeepOn { .. } => 0.0,
         }
@@ -139,20 +141,19 @@ pub(super) struct Doing {
 }
 
 impl Doing {
-    /// How much there is to tell of it, twice what goes on after a step.
-    pub fn weight(&self, since: i64) -> f64 {
-        let late = if self.steps.1 > since { 2.0 } else { 1.0 };
+    /// How much there is to tell of it, three times what goes on between these steps.
+    pub fn weight(&self, (since, until): (i64, i64)) -> f64 {
+        let is_late = self.steps.1 > since && self.steps.0 < until;
+        let late = if is_late { 3.0 } else { 1.0 };
         late * self.action.weight()
     }
 }
 
-/// Motions at consecutive steps, of which some are told.
+/// Motions at consecutive steps.
 pub(super) struct Drive {
     all: Vec<(i64, Motion)>,
-    /// Places of those that are told.
-    told: Range<usize>,
     dt: f64,
-    /// All that it does, by their beginnings, however long before and after what is told.
+    /// All that it does, by their beginnings.
     pub doings: Vec<Doing>,
 }
 
@@ -160,23 +161,19 @@ pub(super) struct Drive {
 type Part = (usize, usize);
 
 impl Drive {
-    /// Those around `told` that follow each other without a gap.
+    /// Those before and after a step without a gap.
     pub fn new(
         motion: impl Fn(i64) -> Option<Motion>,
-        told: RangeInclusive<i64>,
+        step: i64,
         dt: f64,
         network: &LaneletNetwork,
     ) -> Self {
         let there = |step: i64| motion(step).map(|motion| (step, motion));
-        let mut all: Vec<_> = (i64::MIN..*told.start()).rev().map_while(there).collect();
+        let mut all: Vec<_> = (i64::MIN..step).rev().map_while(there).collect();
         all.reverse();
-        let first = all.len();
-        all.extend(told.clone().filter_map(there));
-        let told_to = all.len();
-        all.extend((told.end() + 1..).map_while(there));
+        all.extend((step..).map_while(there));
         let mut drive = Self {
             all,
-            told: first..told_to,
             dt,
             doings: Vec::new(),
         };
@@ -203,22 +200,48 @@ impl Drive {
         }
     }
 
-    /// Whether the places around one are as far apart as its recorded speed says: simulators tell speeds along a lane, and
-    /// the body cuts its curve.
-    fn is_driven(&self, place: usize) -> bool {
-        let from = &self.all[place.saturating_sub(1)];
-        let to = &self.all[(place + 1).min(self.all.len() - 1)];
-        let way = (to.1.pose.position - from.1.pose.position).norm();
+    /// The speed around a place by how far places are apart, m/s.
+    fn speed_by_places(&self, place: usize) -> f64 {
+        let half = self.places(OVER / 2.0);
+        let from = &self.all[place.saturating_sub(half)];
+        let to = &self.all[(place + half).min(self.all.len() - 1)];
         let seconds = (to.0 - from.0) as f64 * self.dt;
-        let told = self.speed(place) * seconds;
-        // Who starts has gone a bit by the next step.
-        (way - told).abs() <= (AS_RECORDED * told.max(way)).max(STANDING * seconds)
+        if seconds > 0.0 {
+            (to.1.pose.position - from.1.pose.position).norm() / seconds
+        } else {
+            self.speed(place)
+        }
     }
 
-    /// From the first told place to the next within a second that is at least a metre away.
-    pub fn next_way(&self) -> Option<Vector> {
-        let second = self.told.start + self.places(1.0) + 1;
-        self.way(self.told.start, self.told.start..second.min(self.told.end))
+    /// The part between the first and the last place whose recorded speed is that by places, where half of the change or more
+    /// is by places, too: simulators tell speeds along a lane, and the body cuts its curve.
+    fn driven(&self, (from, to): Part) -> Option<Part> {
+        let is_driven = |place: &usize| {
+            let (told, driven) = (self.speed(*place), self.speed_by_places(*place));
+            (told - driven).abs() <= NOTABLE + AS_RECORDED * told
+        };
+        let first = (from..=to).find(is_driven)?;
+        let last = (first..=to).rev().find(is_driven)?;
+        let told = self.speed(last) - self.speed(first);
+        let driven = self.speed_by_places(last) - self.speed_by_places(first);
+        (first < last && driven / told >= 0.5).then_some((first, last))
+    }
+
+    /// By how much recorded speeds between two steps are off those by places, where that is much, m/s.
+    pub fn off(&self, (from, to): (i64, i64)) -> Option<f64> {
+        let places = (0..self.all.len()).filter(|place| (from..=to).contains(&self.all[*place].0));
+        let off = places.filter_map(|place| {
+            let (told, driven) = (self.speed(place), self.speed_by_places(place));
+            let off = (told - driven).abs();
+            (off >= FAR_OFF.max(0.3 * told)).then_some(off)
+        });
+        off.max_by(f64::total_cmp)
+    }
+
+    /// From a step to the next within a second that is at least a metre away.
+    pub fn next_way(&self, step: i64) -> Option<Vector> {
+        let place = self.all.iter().position(|(own, _)| *own == step)?;
+        self.way(place, place..place + self.places(1.0) + 1)
     }
 
     /// From a place to the next of others that is at least a metre away.
@@ -251,15 +274,16 @@ impl Drive {
             ways.push(ways[place] + (to.position - from.position).norm());
         }
         let legs = self.legs(&headings, SWAY);
+        let turned = |(from, to): Part| headings[to] - headings[from];
+        let second = self.places(1.0);
         let turns = legs.into_iter().filter_map(|leg| {
             let part @ (from, to) = trimmed(&headings, leg)?;
-            let turned = headings[to] - headings[from];
             let around = (
-                from.saturating_sub(self.places(1.0)),
-                (to + self.places(1.0)).min(ways.len() - 1),
+                from.saturating_sub(second),
+                (to + second).min(ways.len() - 1),
             );
-            let is_turn = turned.abs() >= TURN && ways[around.1] - ways[around.0] >= LEAST_WAY;
-            let degrees = turned.to_degrees();
+            let is_turn = turned(leg).abs() >= TURN && ways[around.1] - ways[around.0] >= LEAST_WAY;
+            let degrees = turned(part).to_degrees();
             is_turn.then(|| self.doing(part, Action::Turn { degrees }))
         });
         turns.collect()
@@ -281,7 +305,10 @@ impl Drive {
             }
             let relations = network.lane_relations(&left);
             let closest = |all: &[i64]| all.iter().map(|id| relations.relation_to(*id)).min();
-            let later = (place + self.places(1.0)).min(self.all.len() - 1);
+            let later = place + self.places(1.0);
+            if later >= self.all.len() {
+                break;
+            }
             let side = closest(&before).filter(|side| closest(&lanes(later)) == Some(*side));
             let to = match side {
                 Some(LaneRelation::Left) => Beside::Left,
@@ -392,10 +419,10 @@ impl Drive {
         } else {
             to = (from..=part.1).find(stands).unwrap_or(to);
         }
+        let (from, to) = self.driven((from, to))?;
         let (from_speed, to_speed) = (speeds[from], speeds[to]);
-        let is_driven = self.is_driven(from) && self.is_driven(to);
         let by = (to_speed - from_speed).abs();
-        let is_told = is_driven && is_change(by, from_speed.max(to_speed));
+        let is_told = is_change(by, from_speed.max(to_speed));
         let action = if is_rise {
             Action::SpeedUp {
                 from_speed,
@@ -419,19 +446,20 @@ impl Drive {
                 _ => found.push((place, place)),
             }
         }
-        for (first, last) in &mut found {
-            let leg = legs.iter().find(|leg| (leg.0..leg.1).contains(last));
-            let to = leg.map_or(*last, |leg| leg.1.max(*last));
-            let stand = (*first..=to).find(|place| speeds[*place] < STANDING);
-            *last = stand
-                .filter(|stand| self.mean((*first, *stand)) >= BRAKING)
-                .unwrap_or(*last);
+        for i in 0..found.len() {
+            let (first, last) = found[i];
+            let next = found.get(i + 1).map(|next| next.0);
+            let leg = legs.iter().find(|leg| (leg.0..leg.1).contains(&last));
+            let to = leg.map_or(last, |leg| leg.1.max(last));
+            let stand = (first..=to).find(|place| speeds[*place] < STANDING);
+            let rolls = |stand: &usize| {
+                self.mean((first, *stand)) >= BRAKING && next.is_none_or(|next| *stand <= next)
+            };
+            found[i].1 = stand.filter(rolls).unwrap_or(last);
         }
-        found.retain(|(first, last)| {
-            let is_driven = self.is_driven(*first) && self.is_driven(*last);
-            is_driven && speeds[*first] - speeds[*last] >= NOTABLE
-        });
-        found
+        let driven = found.into_iter().filter_map(|part| self.driven(part));
+        let is_told = |(first, last): &Part| speeds[*first] - speeds[*last] >= NOTABLE;
+        driven.filter(is_told).collect()
     }
 
     /// Whether a braking goes on at a place where one brakes again.
@@ -477,8 +505,9 @@ impl Drive {
                 place += 1;
                 continue;
             }
-            parts.push((start, place));
+            // What little changes in the pause ends the part before it.
             place += pause;
+            parts.push((start, place));
             start = place;
         }
         parts.push((start, to));
@@ -506,7 +535,7 @@ mod tests {
     use nearmiss_base::geometry::Pose;
 
     /// One that drives along x with these speeds, a tenth of a second each.
-    fn drive(speeds: &[f64], told: RangeInclusive<i64>) -> Drive {
+    fn drive(speeds: &[f64]) -> Drive {
         let mut x = 0.0;
         let motions: Vec<Motion> = { speeds.iter() }
             .map(|velocity| {
@@ -519,7 +548,7 @@ mod tests {
             })
             .collect();
         let at = |step: i64| motions.get(usize::try_from(step).ok()?).copied();
-        Drive::new(at, told, 0.1, &LaneletNetwork::default())
+        Drive::new(at, 0, 0.1, &LaneletNetwork::default())
     }
 
     /// Steps, speeds and the most of each braking.
@@ -543,11 +572,11 @@ mod tests {
 
     #[test]
     fn the_most_of_a_braking_is_that_of_all_of_it() {
-        // 8 m/s² for a second before what is told, then 2.
+        // 8 m/s² for a second, then 2.
         let hard = (0..10).map(|i| 20.0 - 0.8 * f64::from(i));
         let soft = (0..10).map(|i| 12.0 - 0.2 * f64::from(i));
         let speeds: Vec<f64> = hard.chain(soft).collect();
-        let [(_, from, to, most)] = brakings(&drive(&speeds, 14..=19))[..] else {
+        let [(_, from, to, most)] = brakings(&drive(&speeds))[..] else {
             panic!("one braking");
         };
         assert!(from > 18.0 && to < 11.0);
@@ -558,7 +587,7 @@ mod tests {
     fn the_most_of_a_short_braking_is_not_below_its_mean() {
         let mut speeds = vec![2.0; 10];
         speeds.extend([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let [((first, last), from, to, most)] = brakings(&drive(&speeds, 0..=15))[..] else {
+        let [((first, last), from, to, most)] = brakings(&drive(&speeds))[..] else {
             panic!("one braking");
         };
         assert!(most >= (from - to) / ((last - first) as f64 * 0.1) - 1e-9);
@@ -570,11 +599,11 @@ mod tests {
         let mut speeds: Vec<f64> = (0..10).map(|i| 20.0 - 0.3 * f64::from(i)).collect();
         speeds.extend([17.3; 6]);
         speeds.extend((0..10).map(|i| 17.3 - 0.3 * f64::from(i)));
-        assert_eq!(brakings(&drive(&speeds, 0..=25)).len(), 1);
+        assert_eq!(brakings(&drive(&speeds)).len(), 1);
         for speed in &mut speeds[16..] {
             *speed += 1.0;
         }
-        assert_eq!(brakings(&drive(&speeds, 0..=25)).len(), 2);
+        assert_eq!(brakings(&drive(&speeds)).len(), 2);
     }
 
     #[test]
@@ -584,7 +613,7 @@ mod tests {
         let stand = [0.1; 20];
         let start = (0..20).map(|i| 0.1 + 0.15 * f64::from(i));
         let speeds: Vec<f64> = brake.chain(roll).chain(stand).chain(start).collect();
-        let drive = drive(&speeds, 30..=59);
+        let drive = drive(&speeds);
         let [((_, last), _, to, _)] = brakings(&drive)[..] else {
             panic!("one braking");
         };
@@ -600,7 +629,7 @@ mod tests {
         let rising = (0..15).map(|i| 9.0 + 0.2 * f64::from(i));
         let again = (0..15).map(|i| 10.8 + 0.2 * f64::from(i));
         let speeds: Vec<f64> = rising.chain(again).collect();
-        let [(0, end), (begin, 28..=29)] = rises(&drive(&speeds, 0..=29))[..] else {
+        let [(0, end), (begin, 28..=29)] = rises(&drive(&speeds))[..] else {
             panic!("two rises");
         };
         assert!(end <= 14 && begin >= 14);
@@ -608,7 +637,7 @@ mod tests {
         let rising = (0..15).map(|i| 9.0 + 0.2 * f64::from(i));
         let again = (0..15).map(|i| 12.0 + 0.2 * f64::from(i));
         let speeds: Vec<f64> = rising.chain(pause).chain(again).collect();
-        let [(0, 14..=16), (begin, _)] = rises(&drive(&speeds, 0..=54))[..] else {
+        let [(0, 14..=16), (begin, _)] = rises(&drive(&speeds))[..] else {
             panic!("two rises");
         };
         assert!(begin >= 34, "{begin}");
@@ -616,7 +645,7 @@ mod tests {
 
     #[test]
     fn a_turn_has_its_own_times() {
-        let mut turning = drive(&[10.0; 60], 0..=59);
+        let mut turning = drive(&[10.0; 60]);
         let mut at = Pose::new(0.0, 0.0, 0.0);
         for (step, motion) in &mut turning.all {
             let turned = (*step - 20).clamp(0, 20) as f64 / 20.0;
@@ -642,7 +671,7 @@ mod tests {
 
     #[test]
     fn a_corner_within_a_step_is_a_turn_and_a_reversal_is_none() {
-        let mut corner = drive(&[10.0; 30], 0..=29);
+        let mut corner = drive(&[10.0; 30]);
         for (step, motion) in corner.all.iter_mut().skip(15) {
             motion.pose = Pose::new(15.0, (*step - 14) as f64, std::f64::consts::FRAC_PI_2);
         }
@@ -656,7 +685,7 @@ mod tests {
     #[test]
     fn a_rise_that_the_places_do_not_have_is_not_told() {
         let rising: Vec<f64> = (0..20).map(|i| 4.0 + 0.2 * f64::from(i)).collect();
-        let mut lies = drive(&rising, 0..=19);
+        let mut lies = drive(&rising);
         assert_eq!(rises(&lies).len(), 1);
         for (step, motion) in &mut lies.all {
             motion.pose.position.x = 0.4 * *step as f64;

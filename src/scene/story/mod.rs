@@ -2,11 +2,13 @@
 //!
 //! A fact says no more than what can be recomputed from the recorded states of the ego and of the other road user: where
 //! they are, how fast, how much they turn and brake, when their ways overlap, how near they come. It is of 5 s before the
-//! moment to 2 s after it; an action in it is told whole. Lowest and nearest are of the whole recording. `Story::sentences` has the facts as
+//! moment to 2 s after it; an action in it is told whole. Lowest and nearest are of that time, and of the whole recording. `Story::sentences` has the facts as
 //! data with their words, for pages, maps and programs.
 
 mod actions;
 mod words;
+
+use std::ops::RangeInclusive;
 
 use nearmiss_base::geometry::angle_between;
 use serde::Serialize;
@@ -14,7 +16,7 @@ use serde::Serialize;
 use crate::metrics::{Context, CriticalMoment, Direction, Encounter, Headline, Measure, measure};
 use crate::scenario::{ObstacleType, Track, Window};
 pub use actions::{Action, Beside};
-use actions::{Doing, Drive, NOTABLE};
+use actions::{Doing, Drive, NOTABLE, is_change};
 
 /// So long before the moment a story begins, seconds.
 const BEFORE: f64 = 5.0;
@@ -28,8 +30,11 @@ const WHILE: f64 = 0.5;
 /// A fall of the speed so long before the time to collision gets short still belongs to it, seconds.
 const SHORTLY: f64 = 1.0;
 
-/// What goes on in the last seconds of what is told tells more.
+/// What goes on in these last seconds before the moment, or the contact, tells more.
 const LATE: f64 = 2.0;
+
+/// Who is slower has been brought to it by what it did before, m/s.
+const CREEPING: f64 = 1.0;
 
 /// So many actions of one are told.
 const MOST: usize = 3;
@@ -40,8 +45,8 @@ const STANDING: f64 = 0.5;
 /// A time to collision from here on is short, seconds.
 const SHORT: f64 = 3.0;
 
-/// Who changes its heading by this turns, radians: 25°, as in manoeuvres.
-const TURN: f64 = 0.436;
+/// Who changes its heading by this turns, radians: 15°.
+const TURN: f64 = 0.262;
 
 /// Directions that are nearer to each other do not cross, radians: 30°.
 const CROSSING: f64 = 0.524;
@@ -58,6 +63,8 @@ pub struct Story {
     pub obstacle: i64,
     /// Its type.
     pub kind: ObstacleType,
+    /// First and last second that it is about.
+    pub span: (f64, f64),
     /// At most four.
     pub sentences: Vec<Sentence>,
 }
@@ -118,6 +125,8 @@ pub enum Fact {
         place: Direction,
         /// Where the other moves to.
         course: Course,
+        /// Where it moves to after it stood.
+        later: Option<Course>,
     },
     /// What one does.
     Does {
@@ -140,14 +149,14 @@ pub enum Fact {
         /// When the other comes.
         entered: f64,
     },
-    /// The lowest time to collision of the recording.
+    /// The lowest time to collision.
     LowestTtc {
         /// When.
         time: f64,
         /// Seconds.
         seconds: f64,
-        /// Whether the story is of that time, too.
-        is_told: bool,
+        /// Whether that is outside of the time of the story: of the whole recording.
+        is_outside: bool,
         /// Whether there is no later step with both.
         is_last: bool,
     },
@@ -169,7 +178,7 @@ pub enum Fact {
         /// Whether what is touched is a region that the other may be in.
         is_possible: bool,
     },
-    /// The smallest distance of the recording, at a step.
+    /// The smallest distance, at a step.
     Nearest {
         /// When.
         time: f64,
@@ -178,8 +187,15 @@ pub enum Fact {
         /// Where the other is, seen from the ego's body.
         #[serde(serialize_with = "direction_name")]
         place: Direction,
-        /// Whether the story is of that time, too.
-        is_told: bool,
+        /// Whether that is outside of the time of the story: of the whole recording.
+        is_outside: bool,
+    },
+    /// Recorded speeds of one in the time of the story are far off those by its places.
+    SpeedsOff {
+        /// Whose.
+        who: Who,
+        /// By up to, m/s.
+        by: f64,
     },
 }
 
@@ -211,6 +227,7 @@ impl Story {
             ego: context.scene().ego.id,
             obstacle: moment.obstacle,
             kind,
+            span: told.span(),
             sentences: sentences
                 .map(|facts| Sentence {
                     text: words::sentence(&subject, &facts),
@@ -236,6 +253,8 @@ struct Telling<'c, 's> {
     common: Vec<i64>,
     /// Those of them that the story is about, without a gap.
     window: Window,
+    /// The step that matters most: the first contact, else the moment.
+    moment: i64,
     ego: Drive,
     other: Drive,
 }
@@ -256,11 +275,10 @@ impl<'c, 's> Telling<'c, 's> {
         let window = Window::within(&(first..last + 1), last, usize::MAX);
         // Who never moves is at any step; what it does is told of its track, which ends.
         let other = context.participants()[participant].obstacle.track();
-        let told = window.first()..=window.last();
         let drive = |track: &Track| {
             let ends = |step: &i64| contact.is_none() || *step <= end;
             let motion = |step| track.at(Some(step).filter(ends)?).copied();
-            Drive::new(motion, told.clone(), dt, &scene.scenario.network)
+            Drive::new(motion, window.first(), dt, &scene.scenario.network)
         };
         let drives = (drive(&scene.ego.track), drive(other));
         Some(Self {
@@ -268,6 +286,7 @@ impl<'c, 's> Telling<'c, 's> {
             participant,
             common,
             window,
+            moment: contact.map_or(moment, |_| end),
             ego: drives.0,
             other: drives.1,
         })
@@ -290,7 +309,8 @@ impl<'c, 's> Telling<'c, 's> {
 
     /// How both move at the first step.
     fn begin(&self) -> Vec<Fact> {
-        let Some(encounter) = self.encounter(self.window.first()) else {
+        let first = self.window.first();
+        let Some(encounter) = self.encounter(first) else {
             return Vec::new();
         };
         vec![Fact::Begin {
@@ -299,12 +319,26 @@ impl<'c, 's> Telling<'c, 's> {
             other_speed: encounter.other.velocity.abs(),
             distance: encounter.distance(),
             place: encounter.relation().direction,
-            course: self.course(&encounter),
+            course: self.course(first, &encounter),
+            later: self.later_course(first, &encounter),
         }]
     }
 
-    /// Where the other moves to, as seen from the ego.
-    fn course(&self, encounter: &Encounter<'_>) -> Course {
+    /// Where one moves to that stood at a step.
+    fn later_course(&self, first: i64, encounter: &Encounter<'_>) -> Option<Course> {
+        if self.course(first, encounter) != Course::Stands {
+            return None;
+        }
+        let mut courses = self.window.steps().filter_map(|step| {
+            // Its way is seen once it moves.
+            self.other.next_way(step)?;
+            Some(self.course(step, &self.encounter(step)?))
+        });
+        courses.find(|course| *course != Course::Stands)
+    }
+
+    /// Where the other moves to at a step, as seen from the ego.
+    fn course(&self, step: i64, encounter: &Encounter<'_>) -> Course {
         use std::f64::consts::FRAC_PI_4;
         if encounter.is_with_occupancy() {
             return Course::Region;
@@ -313,7 +347,7 @@ impl<'c, 's> Telling<'c, 's> {
             return Course::Stands;
         }
         // Headings of one that creeps may be those of noise.
-        let way = self.other.next_way();
+        let way = self.other.next_way(step);
         let way = way.unwrap_or_else(|| encounter.other.velocity_vector());
         let angle = angle_between(encounter.ego.pose.heading, way.y.atan2(way.x));
         match angle.abs() {
@@ -333,41 +367,42 @@ impl<'c, 's> Telling<'c, 's> {
         {
             return Vec::new();
         }
-        let mut told = self.actions(&self.other, self.since(None));
+        let mut told = self.actions(&self.other, self.late(None));
         let pass = self.pass();
         if told.is_empty() && pass.is_none() {
             told.extend(self.keeps_on(&self.other, (self.window.first(), self.window.last())));
         }
         let told = told.iter().map(|doing| self.does(Who::Other, doing));
-        told.chain(pass).collect()
+        let off = self.speeds_off(Who::Other, &self.other);
+        told.chain(pass).chain(off).collect()
     }
 
-    /// The step from which on what goes on tells more.
-    fn since(&self, short: Option<(i64, i64)>) -> i64 {
-        let late = self.window.last() - self.count(LATE);
-        short.map_or(late, |(since, _)| since.min(late))
+    /// The steps in which what goes on tells most.
+    fn late(&self, short: Option<(i64, i64)>) -> (i64, i64) {
+        let late = self.moment - self.count(LATE);
+        (
+            short.map_or(late, |(since, _)| since.min(late)),
+            self.moment,
+        )
     }
 
     fn count(&self, seconds: f64) -> i64 {
         (seconds / self.context.scene().scenario.dt()).round() as i64
     }
 
-    /// What most there is to tell of what one does in the time of the story, in its order. Of who stands all along also what
-    /// it did as long before.
-    fn actions(&self, drive: &Drive, since: i64) -> Vec<Doing> {
-        let (first, last) = (self.window.first(), self.window.last());
-        let stands = drive.speeds((first, last)).1 < STANDING;
-        let first = if stands {
-            first - self.count(BEFORE)
-        } else {
-            first
-        };
+    /// What most there is to tell of what one does in the time of the story, in its order. Of who stands or creeps all along
+    /// also what it did as long before.
+    fn actions(&self, drive: &Drive, late: (i64, i64)) -> Vec<Doing> {
+        let (mut first, last) = (self.window.first(), self.window.last());
+        if drive.speeds((first, last)).1 < CREEPING {
+            first -= self.count(BEFORE);
+        }
         let is_told = |doing: &&Doing| {
             let (from, to) = doing.steps;
             from <= last && (from >= first || to - first >= self.count(WHILE))
         };
         let mut told: Vec<Doing> = drive.doings.iter().filter(is_told).copied().collect();
-        told.sort_by(|a, b| b.weight(since).total_cmp(&a.weight(since)));
+        told.sort_by(|a, b| b.weight(late).total_cmp(&a.weight(late)));
         told.truncate(MOST);
         told.sort_by_key(|doing| doing.steps);
         told
@@ -385,15 +420,21 @@ impl<'c, 's> Telling<'c, 's> {
     /// The speeds of one who does nothing else, if it moves.
     fn keeps_on(&self, drive: &Drive, steps: (i64, i64)) -> Option<Doing> {
         let (low, high) = drive.speeds(steps);
-        let is_told = high >= STANDING && steps.0 < steps.1;
+        let is_told = high >= STANDING && steps.0 < steps.1 && !is_change(high - low, high);
         let action = Action::KeepOn { low, high };
         is_told.then_some(Doing { steps, action })
+    }
+
+    /// That recorded speeds are not those of the places.
+    fn speeds_off(&self, who: Who, drive: &Drive) -> Option<Fact> {
+        let by = drive.off((self.window.first(), self.window.last()))?;
+        Some(Fact::SpeedsOff { who, by })
     }
 
     /// How near they come.
     fn nearness(&self) -> Vec<Fact> {
         let contact = self.context.contacts(self.participant).first();
-        let ttc = self.lowest_ttc();
+        let ttc = self.lowest_ttc(&self.window.steps());
         let other = self.context.participants()[self.participant].obstacle;
         if let Some(contact) = contact {
             let touched = self.time(contact.step);
@@ -409,38 +450,57 @@ impl<'c, 's> Telling<'c, 's> {
             };
             return short.into_iter().chain([contact]).collect();
         }
-        let lowest = match ttc {
-            Some((step, seconds)) => Some(Fact::LowestTtc {
+        let told = self.window.steps();
+        let all = self.common.first().zip(self.common.last());
+        let all = all.map_or(told.clone(), |(first, last)| *first..=*last);
+        let mut facts: Vec<Fact> = Vec::new();
+        let lowest = [self.lowest_ttc(&told), self.lowest_ttc(&all)];
+        facts.extend(
+            self.each_once(lowest, |step, seconds, is_outside| Fact::LowestTtc {
                 time: self.time(step),
                 seconds,
-                is_told: self.window.steps().contains(&step),
+                is_outside,
                 is_last: self.common.last() == Some(&step),
             }),
-            // A region does not go straight on.
-            None => (!other.is_set_based()).then_some(Fact::NoCourse),
-        };
-        let distances = self
-            .common
-            .iter()
-            .filter_map(|step| self.encounter(*step).map(|e| (*step, e)));
-        let nearest = distances.min_by(|a, b| a.1.distance().total_cmp(&b.1.distance()));
-        let nearest = nearest.map(|(step, encounter)| Fact::Nearest {
-            time: self.time(step),
-            distance: encounter.distance(),
-            place: encounter.relation().direction,
-            is_told: self.window.steps().contains(&step),
-        });
-        lowest.into_iter().chain(nearest).collect()
+        );
+        // A region does not go straight on.
+        if facts.is_empty() && !other.is_set_based() {
+            facts.push(Fact::NoCourse);
+        }
+        let distance = |step: i64| Some(self.encounter(step)?.distance());
+        let nearest = [self.lowest(&told, distance), self.lowest(&all, distance)];
+        facts.extend(self.each_once(nearest, |step, distance, is_outside| {
+            let place = self.encounter(step).map(|e| e.relation().direction);
+            Fact::Nearest {
+                time: self.time(step),
+                distance,
+                place: place.unwrap_or(Direction::Contact),
+                is_outside,
+            }
+        }));
+        facts
+    }
+
+    /// A lowest value of the time of the story, and that of the whole recording where it is lower.
+    fn each_once(
+        &self,
+        [told, all]: [Option<(i64, f64)>; 2],
+        fact: impl Fn(i64, f64, bool) -> Fact,
+    ) -> Vec<Fact> {
+        let all = all.filter(|(_, lowest)| told.is_none_or(|(_, told)| *lowest < told));
+        let told = told.map(|(step, value)| fact(step, value, false));
+        let all = all.map(|(step, value)| fact(step, value, true));
+        told.into_iter().chain(all).collect()
     }
 
     /// What the ego does: where the time to collision gets short, whether it brakes then.
     fn ego(&self) -> Vec<Fact> {
-        let lowest = self.lowest_ttc();
+        let lowest = self.lowest_ttc(&self.window.steps());
         let short = lowest.and_then(|(lowest, _)| self.short_since(lowest));
         let short = short.filter(|(since, until)| {
             self.window.steps().contains(since) && is_while(self.time(*since), self.time(*until))
         });
-        let mut told = self.actions(&self.ego, self.since(short));
+        let mut told = self.actions(&self.ego, self.late(short));
         let answer = short.and_then(|short| self.no_answer(&told, short));
         told.extend(answer);
         told.sort_by_key(|doing| doing.steps);
@@ -456,6 +516,7 @@ impl<'c, 's> Telling<'c, 's> {
                 facts.extend(short.and_then(|short| self.reaction(doing.steps.0, short)));
             }
         }
+        facts.extend(self.speeds_off(Who::Ego, &self.ego));
         facts
     }
 
@@ -523,10 +584,17 @@ impl<'c, 's> Telling<'c, 's> {
         ttc_measure()?.evaluate(&encounter).value()
     }
 
-    /// The step of the lowest time to collision of the recording, the first of several.
-    fn lowest_ttc(&self) -> Option<(i64, f64)> {
-        let steps = self.common.iter();
-        let readings = steps.filter_map(|step| Some((*step, self.ttc(*step)?)));
+    /// The step of some with the lowest time to collision, the first of several.
+    fn lowest_ttc(&self, steps: &RangeInclusive<i64>) -> Option<(i64, f64)> {
+        self.lowest(steps, |step| self.ttc(step))
+    }
+
+    fn lowest(
+        &self,
+        steps: &RangeInclusive<i64>,
+        value: impl Fn(i64) -> Option<f64>,
+    ) -> Option<(i64, f64)> {
+        let readings = steps.clone().filter_map(|step| Some((step, value(step)?)));
         readings.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 

@@ -1,6 +1,5 @@
 //! The facts of a story in plain English.
 
-use super::actions::is_change;
 use super::{Action, Beside, Course, Fact, Who};
 use crate::metrics::Direction;
 use crate::scenario::ObstacleType;
@@ -34,6 +33,7 @@ pub(super) fn sentence(subject: &str, facts: &[Fact]) -> String {
         let link = match (fact, after) {
             _ if place == 0 => "",
             (Fact::ShortTtc { .. }, _) => ", ",
+            _ if is_outside(fact) => " ",
             (_, None) => "; ",
             (_, Some(_)) if is_last => " and ",
             (_, Some(_)) => ", ",
@@ -53,6 +53,14 @@ pub(super) fn sentence(subject: &str, facts: &[Fact]) -> String {
         .next()
         .map(|letter| letter.to_uppercase().to_string());
     format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+}
+
+/// Whether it is of the whole recording, and in brackets behind that of the story.
+fn is_outside(fact: &Fact) -> bool {
+    match fact {
+        Fact::LowestTtc { is_outside, .. } | Fact::Nearest { is_outside, .. } => *is_outside,
+        _ => false,
+    }
 }
 
 fn as_does(fact: &Fact) -> Option<(Who, Action, f64)> {
@@ -80,7 +88,6 @@ impl Action {
                 Beside::Own => "moves out of the oncoming lane",
             },
             Self::NotBrake => "does not brake",
-            Self::KeepOn { low, high } if is_change(high - low, *high) => "moves",
             Self::KeepOn { .. } => "keeps on",
         }
     }
@@ -123,6 +130,19 @@ impl Action {
     }
 }
 
+fn moves(course: Course, place: Direction) -> &'static str {
+    match course {
+        Course::Region => "may be",
+        Course::Stands => "stands",
+        Course::SameWay => "moves the same way",
+        Course::Towards => "moves the opposite way",
+        Course::ToTheLeft if is_left(place) => "moves away to the left",
+        Course::ToTheRight if is_right(place) => "moves away to the right",
+        Course::ToTheLeft => "moves across from right to left",
+        Course::ToTheRight => "moves across from left to right",
+    }
+}
+
 fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -> String {
     let one = |who: Who| match (who, same) {
         (_, true) => "",
@@ -137,34 +157,25 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
             distance,
             place,
             course,
+            later,
         } => {
             let ego = match ego_speed {
                 speed if speed < super::STANDING => "stands".into(),
                 speed => format!("drives {speed:.1} m/s"),
             };
-            let moves = match course {
-                Course::Region => "may be".into(),
-                Course::Stands => "stands".into(),
-                Course::SameWay => format!("moves the same way with {other_speed:.1} m/s"),
-                Course::Towards => format!("moves the opposite way with {other_speed:.1} m/s"),
-                Course::ToTheLeft if is_left(place) => {
-                    format!("moves away to the left with {other_speed:.1} m/s")
-                }
-                Course::ToTheRight if is_right(place) => {
-                    format!("moves away to the right with {other_speed:.1} m/s")
-                }
-                Course::ToTheLeft => {
-                    format!("moves across from right to left with {other_speed:.1} m/s")
-                }
-                Course::ToTheRight => {
-                    format!("moves across from left to right with {other_speed:.1} m/s")
-                }
+            let speed = match course {
+                Course::Region | Course::Stands => String::new(),
+                _ => format!(" with {other_speed:.1} m/s"),
             };
+            let later = later.map_or(String::new(), |later| {
+                format!(" and then {}", moves(later, place))
+            });
+            let moves = moves(course, place);
             let there = match place {
                 Direction::Contact => side(place).into(),
                 place => format!("{distance:.1} m away {}", side(place)),
             };
-            format!("at {time:.1} s the ego {ego}; {subject}, {there}, {moves}")
+            format!("at {time:.1} s the ego {ego}; {subject}, {there}, {moves}{speed}{later}")
         }
         Fact::Does {
             who,
@@ -210,10 +221,26 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
         Fact::LowestTtc {
             time,
             seconds,
-            is_told,
+            is_outside,
             is_last,
         } => {
-            let (whole, seconds) = (whole(is_told), least(seconds, "s", 2));
+            let seconds = least(seconds, "s", 2);
+            if is_outside
+                && !matches!(
+                    facts[0],
+                    Fact::LowestTtc {
+                        is_outside: true,
+                        ..
+                    }
+                )
+            {
+                return format!("(in the whole recording at {time:.1} s: {seconds})");
+            }
+            let whole = if is_outside {
+                " in the whole recording"
+            } else {
+                ""
+            };
             let last = if is_last {
                 ", the last step with both"
             } else {
@@ -223,7 +250,7 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
         }
         Fact::ShortTtc { time, .. } => match facts {
             [Fact::ShortTtc { .. }, ..] => {
-                format!("the time to collision is at most 3 s from {time:.1} s on")
+                format!("the time to collision stays at most 3 s from {time:.1} s on")
             }
             _ => {
                 let late = facts.iter().find_map(|fact| match fact {
@@ -258,27 +285,27 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
             time,
             distance,
             place,
-            is_told,
+            is_outside,
         } => {
-            // Both are said of the whole recording once.
-            let outside = matches!(facts, [Fact::LowestTtc { is_told: false, .. }, ..]);
-            let (whole, distance) = (whole(is_told || outside), least(distance, "m", 2));
-            let place = side(place);
-            format!("they are nearest{whole} at {time:.1} s: {distance}, with {subject} {place}")
+            let (distance, place) = (least(distance, "m", 2), side(place));
+            if is_outside {
+                format!("(in the whole recording at {time:.1} s: {distance}, {place})")
+            } else {
+                format!("they are nearest at {time:.1} s: {distance}, with {subject} {place}")
+            }
+        }
+        Fact::SpeedsOff { who, by } => {
+            let whose = match who {
+                Who::Ego => "the ego's",
+                Who::Other => "its",
+            };
+            format!("{whose} recorded speeds are off those by its places by up to {by:.1} m/s")
         }
     }
 }
 
 /// Tyres hold no more, m/s².
 const GRIP: f64 = 10.0;
-
-fn whole(is_told: bool) -> &'static str {
-    if is_told {
-        ""
-    } else {
-        " in the whole recording"
-    }
-}
 
 /// A number of which the last digit is not all that is left.
 fn least(value: f64, unit: &str, digits: usize) -> String {

@@ -174,9 +174,9 @@ roles! {
     picked,
     /// Collisions and risk scores 0 and 1; errors.
     danger,
-    /// Near misses and risk scores 2 and 3, in the hue of `danger`.
+    /// Near misses and risk score 2, in the hue of `danger`.
     danger_medium,
-    /// Risk scores 4 and 5.
+    /// Risk scores 3 to 5.
     danger_low,
     /// Warnings.
     warning,

@@ -47,7 +47,7 @@ pub struct Case {
 pub struct AttackTerms {
     /// How attackers move.
     pub style: AttackStyle,
-    /// Reaction time of the good driver who has to avoid it, seconds.
+    /// Reaction time of the ideal driver who has to avoid it, seconds.
     pub delay: f64,
 }
 

@@ -55,7 +55,7 @@ pub(super) struct Values<'a> {
     limits: LimitValues,
     /// What the obstacle that is described can do; none where all are described, or where it does not move by itself.
     attacker: Option<AttackerValues>,
-    /// Reaction time of the good driver who has to avoid the attack, seconds.
+    /// Reaction time of the ideal driver who has to avoid the attack, seconds.
     reaction: f64,
     /// The answer's form in readable JSON, and a line for each of its keys, both told from its schema.
     answer_form: String,

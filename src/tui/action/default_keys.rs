@@ -285,7 +285,7 @@ table! {
     PlannerCycle, Global, "planner-cycle", "space e w", 0, "planner cycle", "What the planner saw and chose at this step: candidates, rejections, costs.";
     PlotDrives, Global, "plot-drives", "space p d", 0, "planned or recorded", "Plot the speeds of the planned and the recorded ego, the distance between them, or the measure again.";
     SaveDrive, Global, "save-drive", "space e s", 0, "save drive", "Write the planned ego, as an ego trajectory (CSV) and as a CommonRoad solution, into the folder that pictures go to.";
-    Generate, Global, "generate", "space g g", 0, "make dangerous", "Make the scenario dangerous: search for a motion of an obstacle that endangers the planned ego and that a good driver survives; again uses the next seed.";
+    Generate, Global, "generate", "space g g", 0, "make dangerous", "Make the scenario dangerous: search for a motion of an obstacle that endangers the planned ego and that an ideal driver survives; again uses the next seed.";
     GenerateWith, Global, "generate-with", "space g a", 0, "picked attacks", "The same, with the picked obstacle as the attacker.";
     GenerateWish, Global, "generate-wish", "space g d", 0, "describe an attack", "Search for an attack that terms describe: who, which manoeuvre, from where.";
     ModelAttacks, Global, "generate-with-model", "space g m", 0, "model attacks", "Make the scenario dangerous with the chosen model: it picks the attacker and writes its motion, and sees what the gate refuses; again asks it again.";
@@ -297,7 +297,7 @@ table! {
     EgoUp, Global, "ego-up", "space m u", 0, "turn with the ego", "Turn the map with the ego, or north up.";
     FitMap, Global, "fit", "space m a", 0, "fit all", "Show the whole map.";
     SplitMap, Global, "split-map", "space m s", 0, "second map", "Two maps: beside the present step the contact or the worst moment of the picked obstacle, or beside a variant its original; again shows one.";
-    CertificateMap, Global, "certificate-map", "space m g", 0, "good driver", "Beside a variant the good driver of its certificate, each with outcome and gap; again shows the original.";
+    CertificateMap, Global, "certificate-map", "space m g", 0, "ideal driver", "Beside a variant the ideal driver of its certificate, each with outcome and gap; again shows the original.";
     PinMoment, Global, "pin-moment", "space m h", 0, "pin moment", "Pin the second map to the present step; again frees it.";
     MomentBack, Global, "moment-back", "{" | "space m ,", 0, "second map back", "Move the second map one time step back.";
     MomentForward, Global, "moment-forward", "}" | "space m .", 0, "second map on", "Move the second map one time step forward.";

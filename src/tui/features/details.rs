@@ -10,8 +10,8 @@ use crate::features::{Screen, Step, moves_scene};
 use crate::message::Effect;
 use crate::model::{Detail, Model, as_text};
 use crate::widgets::hints::{self, Hint};
-use crate::widgets::window;
 use crate::widgets::words::pad;
+use crate::widgets::{unbroken, window};
 use nearmiss_scene::description::visible;
 
 /// Columns of the window at most, its borders included.
@@ -101,10 +101,10 @@ fn text(model: &Model, width: usize) -> Text<'static> {
             Detail::Said(name, said) => {
                 let said = visible(&said).into_owned();
                 let room = width.saturating_sub(indent).max(10);
-                let mut lines = textwrap::wrap(&said, room).into_iter();
+                let mut lines = unbroken::wrap(&said, room).into_iter();
                 text.push_line(Line::from(vec![
                     Span::styled(pad(name, indent), word),
-                    Span::raw(lines.next().unwrap_or_default().into_owned()),
+                    Span::raw(lines.next().unwrap_or_default()),
                 ]));
                 for more in lines {
                     text.push_line(format!("{}{more}", pad("", indent)));

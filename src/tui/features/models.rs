@@ -8,8 +8,10 @@ use crate::features::Step;
 use crate::features::picker::Choice;
 use crate::model::{Model, Picker, models_shown};
 use crate::widgets::{picker, window};
+use nearmiss_base::system::pad_start;
 use nearmiss_scene::judge;
 use nearmiss_study::evaluation::is_stored_alone;
+use unicode_width::UnicodeWidthStr;
 
 /// Models by id.
 #[derive(Debug)]
@@ -75,21 +77,29 @@ impl Choice for Models {
         let bound = selected
             .and_then(|id| prices.bound(id))
             .map(|bound| format!("at most: {bound}"));
-        let rows = shown.into_iter().map(|id| {
-            let note = note(model, &id);
-            (id, note)
-        });
-        // Below the list: what the bound counts, and where the price is from.
-        let [list, above, below] = Layout::vertical([
-            Constraint::Min(0),
-            Constraint::Length(1),
-            Constraint::Length(1),
-        ])
-        .areas(inner);
-        picker::draw(frame, list, model, picker, &rows.collect::<Vec<_>>());
+        let notes = notes(model, &shown, usize::from(inner.width));
+        let hidden = notes.get(picker.selected).map(|(_, hidden)| hidden.clone());
+        let parts = hidden
+            .into_iter()
+            .chain(bound)
+            .filter(|part| !part.is_empty());
+        let bound = parts.collect::<Vec<_>>().join(" · ");
         let words = "any provider/model can be typed; config.toml sets up providers";
-        picker::hint(frame, above, model, &bound.unwrap_or_default());
-        picker::hint(frame, below, model, origin.as_deref().unwrap_or(words));
+        let origin = origin.unwrap_or_else(|| words.into());
+        let lines = |words: &str| {
+            let is_long = words.width() > usize::from(inner.width);
+            Constraint::Length(1 + u16::from(is_long))
+        };
+        let rows = shown
+            .into_iter()
+            .zip(notes)
+            .map(|(id, (note, _))| (id, note));
+        // Below the list: what the bound counts, and where the price is from.
+        let [list, above, below] =
+            Layout::vertical([Constraint::Min(0), lines(&bound), lines(&origin)]).areas(inner);
+        picker::draw(frame, list, model, picker, &rows.collect::<Vec<_>>());
+        picker::hint(frame, above, model, &bound);
+        picker::hint(frame, below, model, &origin);
     }
 }
 
@@ -101,22 +111,65 @@ fn missing_key<'m>(model: &'m Model, id: &str) -> Option<&'m str> {
     }
 }
 
-/// What a model lacks, and its price: of the question as it stands, and per 1M tokens.
-fn note(model: &Model, id: &str) -> String {
+/// What stands at the right of each model, in columns, and what of it has no room there.
+fn notes(model: &Model, ids: &[String], width: usize) -> Vec<(String, String)> {
+    let mut rows: Vec<[String; CELLS]> = ids.iter().map(|id| cells(model, id)).collect();
+    // The prices of a question and of an answer stand below each other, too.
+    let output = |row: &[String; CELLS]| Some(row[PER_MILLION].split_once(", ")?.1.width());
+    let widest = rows.iter().filter_map(output).max().unwrap_or(0);
+    for row in &mut rows {
+        if let Some((input, output)) = row[PER_MILLION].split_once(", ") {
+            row[PER_MILLION] = format!("{input}, {}", pad_start(output, widest));
+        }
+    }
+    let widest = |cell: usize| rows.iter().map(|row| row[cell].width()).max().unwrap_or(0);
+    let widths: [usize; CELLS] = std::array::from_fn(widest);
+    let names = ids.iter().map(|id| id.width()).max().unwrap_or(0);
+    let room = width.saturating_sub(names + MARGINS);
+    let mut shown: Vec<usize> = (0..CELLS).filter(|cell| widths[*cell] > 0).collect();
+    let columns = |shown: &[usize]| shown.iter().map(|cell| widths[*cell] + GAP).sum::<usize>();
+    while shown.len() > 1 && columns(&shown) > room + GAP {
+        shown.pop();
+    }
+    let note = |row: &[String; CELLS]| {
+        let padded = shown
+            .iter()
+            .map(|cell| pad_start(&row[*cell], widths[*cell]));
+        let hidden = (0..CELLS).filter(|cell| !shown.contains(cell) && !row[*cell].is_empty());
+        let hidden: Vec<String> = hidden.map(|cell| row[cell].replace("  ", " ")).collect();
+        let gap = " ".repeat(GAP);
+        (padded.collect::<Vec<_>>().join(&gap), hidden.join(" · "))
+    };
+    rows.iter().map(note).collect()
+}
+
+/// Columns beside a name and its note: the sign of the selected row, and what is between the two.
+const MARGINS: usize = 6;
+
+/// Columns between two cells of a note.
+const GAP: usize = 2;
+
+/// Cells of a note, and which of them is the price of 1M tokens.
+const CELLS: usize = 4;
+const PER_MILLION: usize = 2;
+
+/// What a model lacks, the prices of the question as it stands and of 1M tokens, and a warning.
+fn cells(model: &Model, id: &str) -> [String; CELLS] {
+    let none = String::new;
     if is_stored_alone(id) {
-        return "imported answers".into();
+        return [none(), "imported answers".into(), none(), none()];
     }
     let prices = &model.prompt.prices;
     let offer = model.offers.iter().find(|o| o.id == id);
-    let mut parts = Vec::new();
-    parts.extend(missing_key(model, id).map(|_| "no key".into()));
+    let lacks = missing_key(model, id).map_or("", |_| "no key").into();
+    let warning = offer.and_then(|o| o.warning.clone()).unwrap_or_default();
     let of_million = prices.per_million(id);
     let question = model.prompt.question.as_ref();
-    let once = question
-        .map(|_| model.price_of(id))
-        .filter(|once| *once != of_million);
-    parts.extend(once);
-    parts.push(of_million);
-    parts.extend(offer.and_then(|o| o.warning.clone()));
-    parts.join(" · ")
+    let once = question.map(|_| model.price_of(id));
+    match once.filter(|once| *once != of_million) {
+        Some(once) => [lacks, once, of_million, warning],
+        // What is free or unknown is so by any measure.
+        None if !of_million.contains(", ") => [lacks, of_million, none(), warning],
+        None => [lacks, none(), of_million, warning],
+    }
 }

@@ -32,7 +32,7 @@ const STEPS: [(Action, &str); 9] = [
     (Action::Results, "counts all answers against the truth"),
     (
         Action::Generate,
-        "finds an attack that a good driver survives",
+        "finds an attack that an ideal driver survives",
     ),
     (
         Action::VariantPanel,

@@ -25,7 +25,7 @@ use crate::services::{self, Services};
 use crate::update::open_again;
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::words::quantity;
-use crate::widgets::{row, window};
+use crate::widgets::{row, unbroken, window};
 
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 132;
@@ -285,7 +285,7 @@ fn thresholds_text(model: &Model, width: usize) -> Vec<Line<'static>> {
     part("risk scores, up to", levels(thresholds));
     part("limits used by the measures", limits(thresholds));
     let place = 1;
-    for wrapped in textwrap::wrap(&from, width.saturating_sub(2).max(10))
+    for wrapped in unbroken::wrap(&from, width.saturating_sub(2).max(10))
         .iter()
         .rev()
     {

@@ -46,7 +46,7 @@ pub enum GenerationProgress {
 }
 
 impl Opened {
-    /// Makes a scenario dangerous: plans its ego, finds attacks, takes the most dangerous one that a good driver
+    /// Makes a scenario dangerous: plans its ego, finds attacks, takes the most dangerous one that an ideal driver
     /// survives, and opens the scenario with it. Nothing where `cancel` asked for an end.
     ///
     /// # Errors
@@ -346,7 +346,7 @@ pub struct GeneratedVariant {
     pub change: JointChange,
     /// Its effect.
     pub effect: Effect,
-    /// Whether a good driver avoids it.
+    /// Whether an ideal driver avoids it.
     pub avoidability: Avoidability,
     /// What the driver of the longest reaction time who avoids it does; `None` where there is none.
     pub good_driver: Option<EvasionRecord>,

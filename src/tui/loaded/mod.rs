@@ -16,6 +16,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use nearmiss_drive::generation::{AttackerEffect, AttackerRecord};
+use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_render::scene::Basemap;
 use nearmiss_render::{FigureOptions, Format, Screen, Variation, Variations};
@@ -64,7 +65,7 @@ pub struct Opened {
     pub variant: Option<VariantShown>,
     /// Its origin, where it is a variant that was saved.
     pub saved: Option<Arc<SavedVariant>>,
-    /// The good driver who survives it, where it is a variant with a certificate.
+    /// The ideal driver who survives it, where it is a variant with a certificate.
     pub certificate: Option<Arc<CertificateDrive>>,
 }
 
@@ -234,25 +235,51 @@ fn ranking(headline: &Headline, series: &Series) -> Vec<i64> {
     all.into_iter().map(|(id, _)| id).collect()
 }
 
-/// The most dangerous value of a measure in a scenario with this ego; nothing without an ego or a value.
-#[must_use]
-pub fn worst_of(
-    entry: &Entry,
-    ego: &EgoSelection,
-    measure: &str,
-    thresholds: &Thresholds,
-) -> Option<f64> {
-    let measure = metrics::measure(measure)?;
-    let scenario = entry.read().ok()?;
-    let ego = ego.resolve(entry, &scenario).ok()??;
-    let scene = Scene::new(scenario, ego);
-    let series = Series::from_context(&Context::under(&scene, thresholds), vec![measure]);
-    let rows = series
-        .obstacles()
-        .iter()
-        .map(|&id| series.row(measure.id, id));
-    let values = rows.flatten().filter_map(|r| r.value());
-    values.min_by(|a, b| measure.danger.compare(*a, *b))
+/// What the list is sorted by, where that is not known with the facts of a scenario.
+#[derive(Debug, Clone, Default)]
+pub struct Ranked {
+    /// The most dangerous value of the measure; nothing without one, or without an ego.
+    pub value: Option<f64>,
+    /// What matters with the planner's ego, where none is recorded, and how long its drive is, seconds.
+    pub planned: Option<(Headline, f64)>,
+}
+
+impl Ranked {
+    /// That of a scenario with this ego; without a recorded one, the planner drives its planning problem.
+    #[must_use]
+    pub fn read(
+        entry: &Entry,
+        ego: &EgoSelection,
+        order: &str,
+        planning: &Settings,
+        thresholds: &Thresholds,
+    ) -> Self {
+        let request = OpenRequest {
+            entry,
+            ego,
+            transform: None,
+            strict: false,
+            stand_in: StandIn::Planner(planning),
+        };
+        let Ok(opened) = open(&request) else {
+            return Self::default();
+        };
+        // Without a planning problem an obstacle stands in, which the list does not show.
+        let aimless = opened.stands_in && opened.scenario.planning_problems.is_empty();
+        let Some(scene) = opened.scene.ok().filter(|_| !aimless) else {
+            return Self::default();
+        };
+        let context = Context::under(&scene, thresholds);
+        let value = metrics::measure(order).and_then(|measure| {
+            let series = Series::from_context(&context, vec![measure]);
+            let (_, value) = series.most_dangerous(measure.id)?;
+            Some(value)
+        });
+        let steps = scene.steps();
+        let seconds = (steps.end - 1 - steps.start).max(0) as f64 * opened.scenario.dt();
+        let planned = { opened.stands_in }.then(|| (Headline::from_context(&context), seconds));
+        Self { value, planned }
+    }
 }
 
 /// A measure over a scene, for the plot.
@@ -358,7 +385,7 @@ pub struct CertificateDrive {
 }
 
 impl CertificateDrive {
-    /// Of a variant that was just made; nothing where no good driver survives it.
+    /// Of a variant that was just made; nothing where no ideal driver survives it.
     fn made(
         made: &GeneratedVariant,
         entry: &Entry,

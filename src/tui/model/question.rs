@@ -242,6 +242,15 @@ const UNKNOWN: &str = "price unknown";
 /// Price of the built-in judge, and of models on this machine.
 const FREE: &str = "free";
 
+/// A price to a hundredth, or as exactly as it is stated.
+fn dollars(price: f64) -> String {
+    let exact = price.to_string();
+    match exact.split_once('.') {
+        Some((_, decimals)) if decimals.len() > 2 => format!("${exact}"),
+        _ => format!("${price:.2}"),
+    }
+}
+
 /// Tokens of one request.
 #[derive(Debug, Clone, Copy)]
 pub struct RequestTokens {
@@ -298,7 +307,7 @@ impl Prices {
         }
     }
 
-    /// The price of a million tokens, in words: `$2 in, $10 out per 1M tokens`.
+    /// The price of a million tokens, in words: `$2.00 in, $10.00 out / 1M`.
     #[must_use]
     pub fn per_million(&self, model: &str) -> String {
         if self.is_free(model) {
@@ -306,7 +315,8 @@ impl Prices {
         }
         match self.pricing_for(model) {
             Some(Pricing { price, .. }) => {
-                format!("${} in, ${} out per 1M", price.input, price.output)
+                let [input, output] = [price.input, price.output].map(dollars);
+                format!("{input} in, {output} out / 1M")
             }
             None => UNKNOWN.into(),
         }
@@ -367,7 +377,7 @@ mod tests {
         assert_eq!(words("desk/any", None), FREE);
         assert_eq!(words("shop/any", None), UNKNOWN);
         assert_eq!(words("shop/sold", Some(0)), "at most $0.0010");
-        assert_eq!(prices.per_million("lab/big"), "$2 in, $10 out per 1M");
+        assert_eq!(prices.per_million("lab/big"), "$2.00 in, $10.00 out / 1M");
         assert!(
             prices
                 .origin("lab/small")

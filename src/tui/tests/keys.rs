@@ -254,7 +254,10 @@ fn the_footer_is_that_of_the_pane_and_the_mode() {
         assert!(line.contains(words), "{words}: {line}");
         assert!(line.contains("Space menu"), "{line}");
         seen.push(line);
-        bench.press("tab");
+        bench.press("z");
+        let line = footer(&bench);
+        assert!(line.contains("z shows all panes"), "{line}");
+        bench.press("z tab");
     }
     seen.dedup();
     assert_eq!(seen.len(), 6);

@@ -15,7 +15,7 @@ use crate::features::generation::request::write;
 use crate::features::scenarios::request::{Find, Found, Rank, Survey};
 use crate::features::scenarios::saved_views::ListViews;
 use crate::features::scenarios::tags::{ScenarioTags, TagsScreen};
-use crate::loaded::{Facts, GenerationStage, Opened, Verdicts};
+use crate::loaded::{Facts, GenerationStage, Opened, Ranked, Verdicts};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{Grouping, JobState, OpenId, Order, Pane};
 use crate::tests::bench::{self, Bench};
@@ -254,9 +254,9 @@ fn severest(bench: &Bench, count: usize) -> Vec<(u8, String)> {
     let frame = bench.frame(200, 60);
     worst
         .map(|moment| {
-            let (value, unit) = moment.measured().unwrap();
+            let (word, value, unit) = moment.measured().unwrap();
             let digits = if value < 10.0 { 2 } else { 1 };
-            let finer = format!("{value:.digits$} {unit}");
+            let finer = format!("{word} {value:.digits$} {unit}");
             assert!(frame.contains(&finer), "{finer}: {frame}");
             (moment.grade.number(), finer)
         })
@@ -303,6 +303,41 @@ fn the_severest_is_opened_when_all_are_read_unless_a_key_came_before() {
         let expected = if stays { opened } else { Some(list.visible[0]) };
         assert_eq!(list.opened, expected);
     }
+}
+
+#[test]
+fn for_an_order_by_danger_the_planner_drives_who_has_no_ego() {
+    let mut bench = surveyed();
+    bench.press("down down down");
+    let opened = bench.model.list.opened;
+    let facts = |row: usize, bench: &mut Bench| {
+        let facts = bench.model.list.rows[row].facts.as_mut();
+        facts.unwrap().as_mut().unwrap().headline.take()
+    };
+    let headline = facts(0, &mut bench);
+    facts(5, &mut bench);
+    bench.press("space l s enter");
+    bench.send(Msg::Drawing);
+    bench.send(Msg::Drawing);
+    let asked = bench.effects.iter().filter_map(|e| match e.request() {
+        Some(Rank::All("severity", entries)) => Some(entries),
+        _ => None,
+    });
+    let asked: Vec<_> = asked.flatten().map(|(place, _)| *place).collect();
+    assert_eq!(asked, [0, 5], "once");
+    assert_eq!(bench.model.list.opened, opened, "not all is known yet");
+    let planned = headline.map(|headline| (headline, 3.0));
+    let found = Ranked {
+        value: None,
+        planned,
+    };
+    bench.send(Msg::reply::<Rank>(("severity", 0, found)));
+    bench.send(Msg::reply::<Rank>(("severity", 5, Ranked::default())));
+    bench.send(Msg::Drawing);
+    let list = &bench.model.list;
+    assert!(!list.rows[0].lacks_ego() && list.rows[5].lacks_ego());
+    assert_eq!(list.visible.last(), Some(&5));
+    assert_eq!(list.opened, Some(list.visible[0]));
 }
 
 #[test]

@@ -554,13 +554,12 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
             moment.when()
         )
     };
-    let strip_has_driver = strip.survived.is_some();
     let mut titles = vec![
         title("original, planned ego", "no contact", &strip.original),
         title("attack", "X collision", &strip.attack),
     ];
     if let Some(survived) = &strip.survived {
-        let name = format!("good driver, reaction {:.1} s", delay.unwrap());
+        let name = format!("ideal driver, reaction {:.1} s", delay.unwrap());
         titles.push(title(&name, "no contact", survived));
     }
     for (columns, rows) in [(120, 40), (200, 60)] {
@@ -605,13 +604,10 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
         );
     }
     let frame = bench.frame(100, 30);
-    let gaps = format!("┌ gap to {attacker} · original · attack");
-    let all = if strip_has_driver {
-        " · good driver "
-    } else {
-        " "
-    };
-    assert!(frame.contains(&(gaps + all)), "{frame}");
+    assert!(
+        frame.contains(&format!("┌ gap to {attacker} · {contact} ")),
+        "low, the title names the contact\n{frame}"
+    );
 }
 
 #[test]
@@ -633,7 +629,7 @@ fn help_over_the_strip_begins_with_its_keys() {
         "Space m g",
         "Space g s",
         "original or variant",
-        "good driver",
+        "ideal driver",
     ] {
         let keys = &lines[here..always];
         assert!(
@@ -641,7 +637,7 @@ fn help_over_the_strip_begins_with_its_keys() {
             "{words}\n{frame}"
         );
     }
-    bench.type_text("good driver");
+    bench.type_text("ideal driver");
     let found = bench.frame(200, 60);
     assert!(found.contains("Space m g"), "{found}");
 }

@@ -418,7 +418,7 @@ fn the_good_driver_stands_beside_the_planner_with_verdict_and_gap() {
     let Some(longest) = longest else {
         bench.press("space m g");
         assert!(
-            super::making::said(&bench).contains("no good driver survives"),
+            super::making::said(&bench).contains("no ideal driver survives"),
             "{}",
             super::making::said(&bench)
         );
@@ -438,15 +438,15 @@ fn the_good_driver_stands_beside_the_planner_with_verdict_and_gap() {
             .as_ref()
             .is_some_and(|j| j.verdict.dangerous)
     };
-    assert!(!judged(then.opened), "the good driver touches nothing");
+    assert!(!judged(then.opened), "the ideal driver touches nothing");
     let line = certificate_titles(&mut bench);
     let planner = line.find("attack: X collision · ");
-    let driver = line.find("good driver");
+    let driver = line.find("ideal driver");
     assert!(planner.is_some() && planner < driver, "{line}");
     assert!(line.contains(": no contact · "), "{line}");
     assert!(
         super::making::said(&bench)
-            .contains(&format!("good driver {longest:.1} s: no contact · gap "))
+            .contains(&format!("ideal driver {longest:.1} s: no contact · gap "))
     );
     // Both are stepped together.
     let at = bench.model.clock.step();
@@ -455,7 +455,7 @@ fn the_good_driver_stands_beside_the_planner_with_verdict_and_gap() {
     assert_eq!(then.step, at - 2);
     // Again shows the original.
     bench.press("space m g");
-    assert!(!certificate_titles(&mut bench).contains("good driver"));
+    assert!(!certificate_titles(&mut bench).contains("ideal driver"));
     assert!(bench.model.map.second.on);
 }
 

@@ -757,10 +757,11 @@ fn the_list_keeps_what_was_computed_where_no_ego_is_recorded() {
     let frame = bench.frame(200, 60);
     let words = format!("no ego in {count}: Space e p plans one");
     assert!(frame.contains(&words), "{frame}");
-    // Sorting says why it has nothing to sort.
+    // Sorting says what comes of them.
     bench.press("space l s");
     bench.type_text("severity");
     bench.press("enter");
+    let words = format!("no ego in {count}: the planner drives");
     assert!(said(&bench).starts_with(&words), "{}", said(&bench));
     bench.press("down");
     let place = bench.model.list.opened.unwrap();

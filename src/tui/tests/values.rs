@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use crate::features::scenarios::request::{Rank, Survey};
 use crate::features::values::{MeasureAll, ReadThresholds, UseThresholds};
-use crate::loaded::Measured;
+use crate::loaded::{Measured, Ranked};
 use crate::message::{Effect, Msg};
 use crate::model::MeasureId;
-use crate::tests::bench::Bench;
+use crate::tests::bench::{Bench, planned};
+use nearmiss_drive::planner::Forecast;
 use nearmiss_scene::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
+use nearmiss_scene::scenario::{Sample, Scene, Track};
 
 /// The first scenario shortly before its contact.
 fn looking() -> Bench {
@@ -318,6 +320,13 @@ fn any_measure_is_plotted_for_chosen_obstacles() {
     assert!(bench.model.plot.series.is_some());
 }
 
+fn valued(value: Option<f64>) -> Ranked {
+    Ranked {
+        value,
+        planned: None,
+    }
+}
+
 #[test]
 fn the_list_is_sorted_by_a_measure() {
     let mut bench = Bench::bundled();
@@ -332,9 +341,9 @@ fn the_list_is_sorted_by_a_measure() {
     assert_eq!(asked, Some(("headway", 8)));
     assert!(bench.frame(200, 60).contains("by headway, m"));
     for (place, value) in [(0, Some(3.0)), (5, Some(0.25)), (2, None)] {
-        bench.send(Msg::reply::<Rank>(("headway", place, value)));
+        bench.send(Msg::reply::<Rank>(("headway", place, valued(value))));
     }
-    bench.send(Msg::reply::<Rank>(("ttc", 1, Some(0.0))));
+    bench.send(Msg::reply::<Rank>(("ttc", 1, valued(Some(0.0)))));
     assert_eq!(
         bench.model.list.visible[..2],
         [5, 0],
@@ -424,6 +433,27 @@ fn a_threshold_that_is_far_away_is_an_arrow_with_its_value() {
         let plot = plotted(&bench, columns, rows);
         assert!(plot.contains("↑ ") && plot.contains("far 900 s"), "{plot}");
     }
+}
+
+#[test]
+fn a_drive_too_short_to_be_plotted_is_told_in_words() {
+    let mut bench = Bench::bundled();
+    let entry = bench.model.list.rows[0].entry.clone();
+    let mut opened = planned(&entry, Forecast::Lane).unwrap();
+    let mut scene = Scene::clone(opened.scene.as_deref().unwrap());
+    let motions = scene.ego.track.iter().take(3);
+    let samples = motions.map(|(step, motion)| Sample {
+        step,
+        position: motion.pose.position,
+        heading: Some(motion.pose.heading),
+        velocity: Some(motion.velocity),
+        acceleration: Some(motion.acceleration),
+    });
+    scene.ego.track = Track::new(samples.collect(), 0.1, None);
+    opened.scene = Some(Arc::new(scene));
+    bench.model.opened = Some(Box::new(opened));
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("the drive ends after 0.2 s: "), "{frame}");
 }
 
 #[test]

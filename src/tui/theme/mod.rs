@@ -175,7 +175,7 @@ impl Theme {
     pub fn risk(&self, score: f64) -> Color {
         if score < 1.5 {
             self.danger
-        } else if score < 3.5 {
+        } else if score < 2.5 {
             self.danger_medium
         } else {
             self.danger_low

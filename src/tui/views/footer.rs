@@ -64,6 +64,10 @@ fn hints(model: &Model, width: u16) -> (Vec<Hint>, Vec<Hint>) {
         // The way back is needed only here.
         hints.extend(hint_of(model, Action::RecordedEgo));
     }
+    if model.zoomed {
+        let key = hint_of(model, Action::Zoom);
+        hints.extend(key.map(|(key, _)| (key, "shows all panes".to_string())));
+    }
     if model.clock.playing {
         hints.extend(playing(model))
     } else {

@@ -12,12 +12,13 @@ use ratatui::widgets::{Paragraph, Wrap};
 use crate::action::Action;
 use crate::layout::{self, SMALLEST};
 use crate::model::{Glyphs, Model, Pane};
-use crate::widgets::words;
+use crate::widgets::{unbroken, words};
 
 /// Draws everything, in the signs that the terminal has.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let screen = super::features::tour::draw(frame, frame.area(), model);
     everything(frame, screen, model);
+    unbroken::plain_blanks(frame.buffer_mut());
     model.theme.paint(frame.buffer_mut());
     if model.look.glyphs == Glyphs::Ascii {
         words::only(frame.buffer_mut());

@@ -14,6 +14,7 @@ use crate::action::{Action, Entry, title_of};
 use crate::keymap::Chord;
 use crate::layout::ScreenAreas;
 use crate::model::{Model, Notice, Pane, ShownAnswer, Toast};
+use crate::widgets::unbroken::unbroken;
 use crate::widgets::words::{fit, pad, two_lines};
 
 /// Errors shown at once.
@@ -149,8 +150,8 @@ fn boxes<'a>(
         let text = visible(&toast.text);
         let wanted = u16::try_from(text.width()).unwrap_or(u16::MAX);
         let width = wanted.saturating_add(4).clamp(24, place.width.max(24));
-        let words =
-            Paragraph::new(Text::styled(text, model.theme.base())).wrap(Wrap { trim: true });
+        let words = Paragraph::new(Text::styled(unbroken(&text), model.theme.base()))
+            .wrap(Wrap { trim: true });
         let lines = words.line_count(width.saturating_sub(4));
         let height = u16::try_from(lines)
             .unwrap_or(u16::MAX)

@@ -12,6 +12,7 @@ use crate::model::counted;
 use crate::theme::Theme;
 use crate::widgets::long_text::MarkedClaims;
 use crate::widgets::markdown::Piece;
+use crate::widgets::unbroken;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
 
 /// The sign of a claim and its style.
@@ -72,7 +73,7 @@ pub fn marked(
             }
             let plain = piece.span.style;
             spans.extend(underlined(&part(from, first), from, plain, marks.unread));
-            spans.push(Span::styled(unbroken(&part(first, last)), style));
+            spans.push(Span::styled(part(first, last), style));
             if Some(last) == *shown_end {
                 spans.push(Span::styled(
                     sign,
@@ -89,35 +90,14 @@ pub fn marked(
         ));
     }
     spans.retain(|span| !span.content.is_empty());
-    Line::from(spans)
+    unbroken::line(Line::from(spans))
 }
 
-/// A blank at which no line is broken.
-const NO_BREAK: &str = "\u{a0}";
-
-/// The words of a claim with its unit, and so its sign, on the line of its number.
-fn unbroken(words: &str) -> String {
-    let mut joined = String::with_capacity(words.len());
-    for c in words.chars() {
-        match c {
-            ' ' if joined.ends_with(|c: char| c.is_ascii_digit()) => joined.push_str(NO_BREAK),
-            _ => joined.push(c),
-        }
-    }
-    joined
-}
-
-/// Draws lines that [`marked`] made, from a row on. What is copied from the screen has plain blanks.
+/// Draws lines that [`marked`] made, from a row on.
 pub fn render(f: &mut Frame<'_>, area: Rect, lines: Vec<Line<'_>>, above: usize) {
     let words = Paragraph::new(Text::from(lines)).wrap(Wrap { trim: false });
     let above = u16::try_from(above).unwrap_or(u16::MAX);
     f.render_widget(words.scroll((above, 0)), area);
-    let buffer = f.buffer_mut();
-    for at in area.intersection(buffer.area).positions() {
-        if buffer[at].symbol() == NO_BREAK {
-            buffer[at].set_symbol(" ");
-        }
-    }
 }
 
 /// A part of the text from a byte on, underlined where it was not understood.
@@ -146,10 +126,20 @@ fn underlined(part: &str, at: usize, style: Style, unread: &[Range<usize>]) -> V
 /// A claim beside the truth.
 #[must_use]
 pub fn line(checked: &CheckedClaim, theme: &Theme) -> Line<'static> {
+    signed(checked, checked.line(), theme)
+}
+
+/// The same in few columns.
+#[must_use]
+pub fn short_line(checked: &CheckedClaim, theme: &Theme) -> Line<'static> {
+    signed(checked, checked.short_line(), theme)
+}
+
+fn signed(checked: &CheckedClaim, words: String, theme: &Theme) -> Line<'static> {
     let (sign, style) = sign(checked.judgement, theme);
     Line::from(vec![
         Span::styled(format!("{sign} "), style),
-        Span::styled(checked.line(), theme.base()),
+        Span::styled(words, theme.base()),
     ])
 }
 
@@ -264,8 +254,10 @@ mod tests {
         // Where a line is broken, the row is that of the claim.
         reading.follow(document, &marks, 9, &theme);
         assert_eq!(row(&claims[0], &reading), Some(2));
-        assert_eq!(unbroken("-12.69 m"), "-12.69\u{a0}m");
-        assert_eq!(unbroken("in front"), "in front");
+        assert_eq!(
+            short_line(&claims[0], &theme).to_string(),
+            "≠ 7: behind, actual front"
+        );
         // What is right says why where its words are others.
         let beside = CheckedClaim {
             is: "contact".into(),

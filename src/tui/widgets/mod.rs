@@ -8,5 +8,6 @@ pub mod long_text;
 pub mod markdown;
 pub mod picker;
 pub mod row;
+pub mod unbroken;
 pub mod window;
 pub mod words;

@@ -10,9 +10,9 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::model::{Extent, Model, Pane};
 use crate::theme::Theme;
-use crate::widgets::claimed;
 use crate::widgets::long_text::{MarkedClaims, Reading, height};
 use crate::widgets::words::pad;
+use crate::widgets::{claimed, unbroken};
 
 /// Less room than this makes a note hard to read: it goes below its row instead.
 const MIN_NOTE_COLUMNS: usize = 40;
@@ -67,8 +67,7 @@ fn wrapped(words: &str, width: usize) -> Vec<String> {
     let options = textwrap::Options::new(width.max(8))
         .subsequent_indent(indent)
         .break_words(true);
-    let lines = textwrap::wrap(&words, options);
-    lines.into_iter().map(|line| line.into_owned()).collect()
+    unbroken::wrap(&words, options)
 }
 
 /// Draws `text` from line `top`, or its end for `None`; remembers the extent for the page keys.
@@ -85,7 +84,7 @@ pub fn text(
         width: area.width.saturating_sub(1),
         ..area
     };
-    let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
+    let paragraph = Paragraph::new(unbroken::text(text)).wrap(Wrap { trim: false });
     let extent = extent(paragraph.line_count(inner.width), area, top);
     let scrolled = u16::try_from(extent.top).unwrap_or(u16::MAX);
     frame.render_widget(paragraph.scroll((scrolled, 0)), inner);
@@ -120,7 +119,10 @@ pub fn page(
     for part in &mut parts {
         starts.push(lines);
         lines += match part {
-            PageSection::Line(line) => height(line.clone(), inner.width),
+            PageSection::Line(line) => {
+                *line = unbroken::line(std::mem::take(line));
+                height(line.clone(), inner.width)
+            }
             PageSection::Text(reading, text, marks) => {
                 reading.follow(text, marks, inner.width, theme);
                 if pane == Pane::Reasoning {
@@ -241,10 +243,10 @@ impl Lines {
         // A long name has a blank after it, too.
         let indent = LINE_INDENT.max(name.width() + 1);
         let room = self.width.saturating_sub(indent).max(8);
-        let mut lines = textwrap::wrap(said, room).into_iter();
+        let mut lines = unbroken::wrap(said, room).into_iter();
         self.text.push_line(Line::from(vec![
             Span::styled(pad(name, indent), self.word),
-            Span::styled(lines.next().unwrap_or_default().into_owned(), style),
+            Span::styled(lines.next().unwrap_or_default(), style),
         ]));
         for more in lines {
             let line = format!("{}{more}", pad("", indent));
@@ -266,9 +268,8 @@ impl Lines {
 
     /// Words without a name.
     pub fn plain(&mut self, words: &str) {
-        let wrapped = textwrap::wrap(words, self.width.max(8));
-        let lines = wrapped.into_iter().map(|l| Line::raw(l.into_owned()));
-        self.text.lines.extend(lines);
+        let wrapped = unbroken::wrap(words, self.width.max(8));
+        self.text.lines.extend(wrapped.into_iter().map(Line::raw));
     }
 }
 

@@ -7,6 +7,7 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
 use crate::model::{Model, Pane};
+use crate::widgets::unbroken;
 use crate::widgets::words::{fit, thousands};
 
 /// Columns of a window at most, its borders included.
@@ -78,7 +79,7 @@ pub fn text_in(
     text: Text<'static>,
     scroll: usize,
 ) {
-    let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
+    let paragraph = Paragraph::new(unbroken::text(text)).wrap(Wrap { trim: false });
     let last = paragraph
         .line_count(inner.width)
         .saturating_sub(usize::from(inner.height));

@@ -1,5 +1,6 @@
 //! Single-line text: untrusted characters made visible, long text truncated, numbers and times formatted.
 
+use crate::widgets::unbroken;
 use nearmiss_scene::description::visible;
 use ratatui::buffer::Buffer;
 use unicode_segmentation::UnicodeSegmentation;
@@ -76,7 +77,7 @@ pub fn pad(text: &str, width: usize) -> String {
 #[must_use]
 pub fn two_lines(text: &str, columns: usize) -> (Vec<String>, bool) {
     let text = visible(text);
-    let wrapped = textwrap::wrap(&text, columns.max(1));
+    let wrapped = unbroken::wrap(&text, columns.max(1));
     let (first, rest) = wrapped.split_at(1.min(wrapped.len()));
     let joined = [first, rest].map(|lines| lines.join(" "));
     let lines = joined.into_iter().filter(|line| !line.is_empty());

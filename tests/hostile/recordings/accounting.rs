@@ -157,12 +157,7 @@ fn of_argoverse() {
         ("scenario_x.parquet", &argoverse::with_column("mood")),
         ("log_map_archive_x.json", map.as_bytes()),
     ]);
-    let expected = [
-        "85 × column mood",
-        "1 × lane_segments/mood",
-        "1 × season",
-        "1 × drivable_areas",
-    ];
+    let expected = ["85 × column mood", "1 × lane_segments/mood", "1 × season"];
     told(&folder.path().join("scenario_x.parquet"), &expected);
 }
 

@@ -159,8 +159,9 @@ pub fn map() -> String {
         line(&[(20.0, -3.0), (20.0, 7.0)]),
         line(&[(24.0, 7.0), (24.0, -3.0)])
     );
+    let area = line(&[(-5.0, -4.0), (95.0, -4.0), (95.0, 8.0)]);
     format!(
-        "{{\"lane_segments\":{{{own},{oncoming},{next}}},\"pedestrian_crossings\":{{{crossing}}},\"drivable_areas\":{{\"1\":{{}}}}}}"
+        "{{\"lane_segments\":{{{own},{oncoming},{next}}},\"pedestrian_crossings\":{{{crossing}}},\"drivable_areas\":{{\"1\":{{\"id\":1,\"area_boundary\":{area}}}}}}}"
     )
 }
 
@@ -193,7 +194,6 @@ fn a_scenario_is_read_with_its_map() {
         "track 900 is the focal track",
         "no sizes given",
         "bus 12 m × 2.6 m",
-        "drivable_areas: 1 ×",
         "beyond the map left out: 1",
     ] {
         assert!(said.contains(words), "{words}: {said}");
@@ -213,6 +213,8 @@ fn a_scenario_is_read_with_its_map() {
     assert_eq!(oncoming.adjacent_left.unwrap().id, own.id);
     assert_eq!(crossing.left.points[0], Point::new(20.0, -3.0));
     assert_eq!(crossing.right.points[0], Point::new(24.0, -3.0));
+    let area = [(-5.0, -4.0), (95.0, -4.0), (95.0, 8.0)].map(|(x, y)| Point::new(x, y));
+    assert_eq!(scenario.network.areas, [area.to_vec()]);
     survives_conversion(&scenario);
     any_track_can_be_the_ego(&path, ego.id, 12);
     let entry = Entry::of_file(&path);

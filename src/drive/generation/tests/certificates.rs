@@ -1,4 +1,4 @@
-//! Tests of what a good driver avoids, and of the certificates.
+//! Tests of what an ideal driver avoids, and of the certificates.
 
 use std::sync::Arc;
 

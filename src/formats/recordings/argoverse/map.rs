@@ -24,6 +24,7 @@ pub struct Archive {
     file: String,
     lanes: Elements,
     crossings: Elements,
+    areas: Elements,
     leftovers: Leftovers,
     pub hash: ContentHash,
 }
@@ -34,7 +35,7 @@ struct MapFile {
     #[serde(default)]
     pedestrian_crossings: Elements,
     #[serde(default)]
-    drivable_areas: HashMap<String, IgnoredAny>,
+    drivable_areas: Elements,
 }
 
 /// The keys that are used, of the map and of its elements.
@@ -53,6 +54,7 @@ const SEGMENT: [&str; 11] = [
     "right_neighbor_id",
 ];
 const CROSSING: [&str; 3] = ["id", "edge1", "edge2"];
+const AREA: [&str; 2] = ["id", "area_boundary"];
 
 /// Counts the keys of an object that are not used.
 fn count_unused(json: &[u8], name: &str, used: &[&str], leftovers: &mut Leftovers) {
@@ -118,6 +120,11 @@ struct Crossing {
 }
 
 #[derive(Deserialize)]
+struct Area {
+    area_boundary: Vec<Corner>,
+}
+
+#[derive(Deserialize)]
 struct Corner {
     x: f64,
     y: f64,
@@ -172,7 +179,6 @@ impl Archive {
             message: format!("not a map of Argoverse 2: {error}"),
         })?;
         let mut leftovers = Leftovers::default();
-        leftovers.add_times("drivable_areas", whole.drivable_areas.len(), || 0);
         count_unused(&bytes, "", &KEYS, &mut leftovers);
         let parts = [
             ("lane_segments", &SEGMENT[..], &whole.lane_segments),
@@ -181,6 +187,7 @@ impl Archive {
                 &CROSSING,
                 &whole.pedestrian_crossings,
             ),
+            ("drivable_areas", &AREA, &whole.drivable_areas),
         ];
         for (name, used, elements) in parts {
             for (_, element) in &elements.0 {
@@ -192,6 +199,7 @@ impl Archive {
             leftovers,
             lanes: whole.lane_segments,
             crossings: whole.pedestrian_crossings,
+            areas: whole.drivable_areas,
             hash: ContentHash::digest(&bytes),
         })
     }
@@ -256,6 +264,11 @@ impl Archive {
             let (left, right) = matched(left, right);
             map.lanelets
                 .push(lane_shape::between(ids.keep(said.id), left, right));
+        }
+        for (key, value) in &self.areas.0 {
+            let at = own.at(format!("drivable_areas/{key}"));
+            map.areas
+                .push(points(&at, &element::<Area>(&at, value)?.area_boundary)?.0);
         }
         Ok(map)
     }

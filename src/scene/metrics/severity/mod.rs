@@ -482,9 +482,10 @@ impl CriticalMoment {
         (self.grade as u8, self.order)
     }
 
-    /// By what it is ordered among those of its grade, and the unit of that; nothing of a region, which has no speed.
+    /// By what it is ordered among those of its grade: a word for it, the value and the unit; nothing of a region, which has
+    /// no speed.
     #[must_use]
-    pub fn measured(&self) -> Option<(f64, &'static str)> {
+    pub fn measured(&self) -> Option<(&'static str, f64, &'static str)> {
         Some(match (self.grade, self.hazard) {
             (
                 _,
@@ -492,16 +493,18 @@ impl CriticalMoment {
                     is_possible: true, ..
                 },
             ) => return None,
-            (_, Hazard::Contact { closing_speed, .. }) => (closing_speed, "m/s"),
-            (Grade::Conflict | Grade::Course | Grade::StraightCourse, _) => (-self.order, "m/s²"),
-            (_, Hazard::Course { seconds, .. }) => (seconds, "s"),
-            (Grade::Following, _) => (self.order, "s"),
+            (_, Hazard::Contact { closing_speed, .. }) => ("hit", closing_speed, "m/s"),
+            (Grade::Conflict | Grade::Course | Grade::StraightCourse, _) => {
+                ("brake", -self.order, "m/s²")
+            }
+            (_, Hazard::Course { seconds, .. }) => ("in", seconds, "s"),
+            (Grade::Following, _) => ("gap", self.order, "s"),
             (_, Hazard::Crossing { metres, .. } | Hazard::CutIn { metres, .. })
                 if self.order < metres =>
             {
-                (self.order, "s")
+                ("gap", self.order, "s")
             }
-            _ => (self.order, "m"),
+            _ => ("gap", self.order, "m"),
         })
     }
 

@@ -131,7 +131,13 @@ impl Near {
         for lanelet in &mut lanelets {
             lanelet.keep_references(&known, untold);
         }
-        LaneletNetwork::new(lanelets, signs, lights, intersections)
+        let mut inner = LaneletNetwork::new(lanelets, signs, lights, intersections);
+        let areas = network.areas.iter();
+        inner.areas = areas
+            .filter(|ring| self.meets_ring(ring))
+            .cloned()
+            .collect();
+        inner
     }
 }
 

@@ -112,7 +112,7 @@ fn points_nowhere(obstacle: &Obstacle) -> bool {
 
 impl Plane {
     pub(super) fn network(&self, network: &LaneletNetwork) -> LaneletNetwork {
-        LaneletNetwork::new(
+        let mut placed = LaneletNetwork::new(
             network.lanelets.iter().map(|l| self.lanelet(l)).collect(),
             network.signs.iter().map(|s| self.sign(s)).collect(),
             network.lights.iter().map(|l| self.light(l)).collect(),
@@ -121,7 +121,10 @@ impl Plane {
             } else {
                 network.intersections.clone()
             },
-        )
+        );
+        let ring = |ring: &Vec<_>| ring.iter().map(|p| self.point(p)).collect();
+        placed.areas = network.areas.iter().map(ring).collect();
+        placed
     }
 
     fn lanelet(&self, lanelet: &Lanelet) -> Lanelet {

@@ -48,7 +48,7 @@ const APART: f64 = 0.5;
 /// The drive goes on in the table for so long after the two are nearest, seconds.
 const AFTER: f64 = 1.0;
 
-/// Whether a motion is what is wanted: it has an effect, and a good driver survives it.
+/// Whether a motion is what is wanted: it has an effect, and an ideal driver survives it.
 pub(super) fn is_wanted(attack: &Attack) -> bool {
     attack.has_effect() && attack.survivable == Some(true)
 }

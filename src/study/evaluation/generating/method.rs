@@ -47,7 +47,7 @@ pub const RETRIES: u32 = 2;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case")]
 pub enum Ranking {
-    /// The closed loop, exact risk scores, and whether a good driver survives.
+    /// The closed loop, exact risk scores, and whether an ideal driver survives.
     #[default]
     Exact,
     /// The model's own grades by the metrics prompt, the lowest first, as in the paper.

@@ -167,7 +167,7 @@ pub enum AuthorError {
 
 /// Lets a model choose the attacker, write motions for it and grade them, on the ego's drive in `scene`, which is the
 /// ground's baseline: at most [`Method::requests`]. With [`Method::feedback`] the ego is driven against each motion that
-/// passes the gate, and a model whose motion a good driver with a reaction time of `delay` seconds does not survive, or
+/// passes the gate, and a model whose motion an ideal driver with a reaction time of `delay` seconds does not survive, or
 /// that has no effect, is told and asked for another one. What is not driven by then, [`Authored::drive_watched`] drives.
 ///
 /// Dropping the future cancels what is on its way and writes that down; what was answered is in the store.

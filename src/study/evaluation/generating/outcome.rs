@@ -97,7 +97,7 @@ impl Authored {
         self.declined.iter().filter(|declined| declined.arrived)
     }
 
-    /// Drives the ego against every attack that it was not driven against yet, looks whether a good driver survives
+    /// Drives the ego against every attack that it was not driven against yet, looks whether an ideal driver survives
     /// those that have an effect with a reaction time of `delay` seconds, and puts the best one first. Before each
     /// attack `watch` hears how many were driven against, and says whether to go on. False where it said no: the attacks stay in their order then.
     pub fn drive_watched(
@@ -132,7 +132,7 @@ impl Authored {
         }
     }
 
-    /// Of attacks that were driven against, the most dangerous one that a good driver survives: what a search gives,
+    /// Of attacks that were driven against, the most dangerous one that an ideal driver survives: what a search gives,
     /// too; or with [`Ranking::Model`] the one that the model grades lowest, if it graded any. Of each refused answer it has the first reason; [`Authored::refusals`] are all.
     #[must_use]
     pub fn taken(&self, ground: &AttackSetup<'_>, delay: f64) -> Selection {
@@ -216,7 +216,7 @@ pub struct Tries {
     pub conversations: usize,
     /// Of these, those whose first answer passed the gate.
     pub first_admitted: usize,
-    /// Those whose first answer also had an effect that a good driver survives.
+    /// Those whose first answer also had an effect that an ideal driver survives.
     pub first_effective: usize,
     /// Those that came to such an effect in the end.
     pub effective: usize,

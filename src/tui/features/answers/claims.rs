@@ -50,7 +50,8 @@ pub fn read_on(model: &mut Model, forward: bool) {
     let row = model.drawn.before_text() + row;
     let extent = model.drawn.extent(Pane::Reasoning);
     if row < extent.top || row + BELOW >= extent.top + extent.rows {
-        model.answers.scroll = Some(row.saturating_sub(extent.rows / 3));
+        let above = extent.rows.saturating_sub(1) / 3;
+        model.answers.scroll = Some(row.saturating_sub(above));
     }
 }
 

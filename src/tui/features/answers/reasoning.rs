@@ -13,7 +13,7 @@ use crate::widgets::highlight::markdown;
 use crate::widgets::long_text::MarkedClaims;
 use crate::widgets::row::{self, PageSection};
 use crate::widgets::words::{fit_end, whole_parts};
-use crate::widgets::{claimed, window};
+use crate::widgets::{claimed, unbroken, window};
 use nearmiss_scene::judge;
 use nearmiss_study::evaluation::{JudgeOutcome, MissingVerdict, tool_rounds};
 
@@ -26,9 +26,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             // The border's corners, and two spaces.
             let inside = usize::from(area.width).saturating_sub(4);
             let name = fit_end(&column.model, inside.saturating_sub("reasoning · ".width()));
-            whole_parts(["reasoning", &name, &state], inside)
+            whole_parts(["reasoning", &name, &state, &column.how], inside)
         }
     };
+    // How it was asked stands in the title, or where that has no room for it below the text.
+    let column = model.answers.column();
+    let below = column.filter(|column| !title.ends_with(&column.how));
+    let how = below.map(|column| column.how.clone());
     let inner = window::pane(f, area, model, Pane::Reasoning, Line::from(title));
     let document = model.document(model.answers.shown);
     let marks = document
@@ -43,7 +47,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     });
     let parts = match model.answers.column() {
         None => said.map_or_else(|| unjudged(model), |said| vec![said]),
-        Some(column) => answer(model, column, said),
+        Some(column) => answer(model, column, said, how),
     };
     let extent = row::page(
         f,
@@ -72,15 +76,20 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
 }
 
+/// Rows from which on the picked claim stands below the text with all that is known about it.
+const ROOM_FOR_CLAIM: u16 = 6;
+
 /// Below the text: the picked claim, or how many there are; gives what is left for the text.
 fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_>) -> Rect {
     let claims = marks.claims;
     let picked = marks.picked.and_then(|place| claims.get(place));
-    let least = if picked.is_some() { 2 } else { 6 };
+    let least = if picked.is_some() { 2 } else { ROOM_FOR_CLAIM };
     if claims.is_empty() && marks.unread.is_empty() || inner.height < least {
         return inner;
     }
     let line = match picked {
+        // The text keeps two lines.
+        Some(claim) if inner.height < ROOM_FOR_CLAIM => claimed::short_line(claim, &model.theme),
         Some(claim) => claimed::line(claim, &model.theme),
         None => {
             let summary = claimed::summary(claims, marks.unread.len());
@@ -91,7 +100,7 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_
             Line::styled(words, Style::new().fg(model.theme.dim))
         }
     };
-    let words = Paragraph::new(line).wrap(Wrap { trim: true });
+    let words = Paragraph::new(unbroken::line(line)).wrap(Wrap { trim: true });
     let rows = u16::try_from(words.line_count(inner.width))
         .unwrap_or(1)
         .clamp(1, 3.min(inner.height - 1));
@@ -158,6 +167,7 @@ fn answer<'a>(
     model: &Model,
     column: &Column,
     text: Option<PageSection<'a>>,
+    how: Option<String>,
 ) -> Vec<PageSection<'a>> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
@@ -171,12 +181,6 @@ fn answer<'a>(
             .map(move |line| PageSection::Line(line.patch_style(style)))
     };
     let said = !column.text.is_empty() || !column.reasoning.is_empty();
-    let how = || PageSection::Line(Line::styled(column.how.clone(), dim));
-    // Without an answer, the reason for that is the content: it comes first.
-    if !column.how.is_empty() && (said || why_missing(column).is_none()) {
-        parts.push(how());
-        parts.push(PageSection::Line(Line::default()));
-    }
     parts.extend(tool_calls(model, column));
     if said {
         parts.extend(text);
@@ -186,9 +190,6 @@ fn answer<'a>(
             parts.push(PageSection::Line(Line::default()));
         }
         parts.extend(in_color(&why, theme.danger));
-        if !said {
-            parts.push(how());
-        }
     }
     match &column.progress {
         Progress::Retrying(why) => parts.extend(in_color(why, theme.warning)),
@@ -197,6 +198,10 @@ fn answer<'a>(
             parts.push(PageSection::Line(Line::styled(words, dim)));
         }
         _ => {}
+    }
+    if let Some(how) = how {
+        parts.push(PageSection::Line(Line::default()));
+        parts.push(PageSection::Line(Line::styled(how, dim)));
     }
     parts
 }

@@ -11,8 +11,8 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 use crate::action::Action;
 use crate::features::compare::draw;
 use crate::model::{Document, Model, REASONS};
-use crate::widgets::claimed;
 use crate::widgets::words::{fit, pad};
+use crate::widgets::{claimed, unbroken};
 use nearmiss_study::evaluation::claims::{Judgement, TOLERANCES};
 use nearmiss_study::evaluation::{Standings, StandingsBy};
 
@@ -147,7 +147,7 @@ fn wrapped(line: &Line<'static>, width: usize) -> Vec<Line<'static>> {
         return Vec::new();
     };
     let columns = sign.width();
-    let parts = textwrap::wrap(&words.content, width.saturating_sub(columns).max(16));
+    let parts = unbroken::wrap(&words.content, width.saturating_sub(columns).max(16));
     let lines = parts.iter().enumerate().map(|(at, part)| {
         let sign = match at {
             0 => sign.clone(),

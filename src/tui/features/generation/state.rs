@@ -211,7 +211,7 @@ pub fn working_words(at: Option<GenerationStage>, whole: bool) -> String {
             format!("driving against motion {}/{of}", done + 1)
         }
         Some(GenerationStage::Proving) if whole => {
-            "generating: looking for ways a good driver avoids it".into()
+            "generating: looking for ways an ideal driver avoids it".into()
         }
         Some(GenerationStage::Proving) => "can it be avoided?".into(),
         Some(GenerationStage::Searching(progress, of)) if !whole => {

@@ -24,8 +24,8 @@ use crate::loaded::{AuthoringProgress, Authorship, GenerationStage, VariantReque
 use crate::message::Effect;
 use crate::model::{Job, JobId, JobKind, JobState, Model, RequestTokens};
 use crate::widgets::hints::Hint;
-use crate::widgets::window;
 use crate::widgets::words::thousands;
+use crate::widgets::{unbroken, window};
 
 /// Offers to let the chosen model write, with its cost; or says how far what is under way is; or shows what it made.
 pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
@@ -298,7 +298,7 @@ impl Screen for AttackScreen {
     fn draw(&self, frame: &mut ratatui::Frame<'_>, screen: Rect, model: &Model) {
         let [yes, no] = [Action::Accept, Action::Cancel].map(|action| model.look.key(action));
         let title = format!("let a model attack · {yes} ask · {no} cancel");
-        let text = Paragraph::new(self.text(model)).wrap(Wrap { trim: false });
+        let text = Paragraph::new(unbroken::text(self.text(model))).wrap(Wrap { trim: false });
         let width = window::width_in(screen, COLUMNS);
         let lines = text.line_count(u16::try_from(width).unwrap_or(u16::MAX));
         let height = u16::try_from(lines + 2).unwrap_or(u16::MAX);

@@ -12,7 +12,7 @@ use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome};
 pub fn begin_survey(model: &mut Model, entries: &[(usize, Entry)]) {
     supersede(model, |kind| kind == JobKind::Survey);
     let title = "the most dangerous moments of all scenarios";
-    begin(model, JobKind::Survey, title.into(), entries.len());
+    begin(model, JobKind::Survey, title.into(), entries);
 }
 
 /// The facts of these too are asked for.
@@ -32,18 +32,22 @@ pub fn extend_survey(model: &mut Model, entries: &[(usize, Entry)]) {
     model.jobs.add(job);
 }
 
-/// A measure of these scenarios is asked for, instead of another.
-pub fn begin_ranking(model: &mut Model, measure: &'static str, entries: &[(usize, Entry)]) {
+/// What these scenarios are sorted by is asked for, instead of another order.
+pub fn begin_ranking(model: &mut Model, order: &'static str, entries: &[(usize, Entry)]) {
     supersede(model, |kind| matches!(kind, JobKind::Ranking(_)));
-    let title = format!("{measure} of all scenarios");
-    begin(model, JobKind::Ranking(measure), title, entries.len());
+    let title = match model.list.ranking() {
+        Some(measure) => format!("{} of all scenarios", measure.id),
+        None => format!("{order} of scenarios without an ego: the planner drives"),
+    };
+    begin(model, JobKind::Ranking(order), title, entries);
 }
 
-/// Work on so many scenarios begins.
-fn begin(model: &mut Model, kind: JobKind, title: String, count: usize) {
+/// Work on these scenarios begins.
+fn begin(model: &mut Model, kind: JobKind, title: String, entries: &[(usize, Entry)]) {
     let id = JobId(model.new_id());
-    let mut job = Job::new(id, kind, title, count, model.uptime);
-    job.parts = vec![false; count];
+    let mut job = Job::new(id, kind, title, entries.len(), model.uptime);
+    let places = entries.iter().map(|(place, _)| place + 1);
+    job.parts = vec![false; places.max().unwrap_or(0)];
     model.jobs.add(job);
 }
 

@@ -51,7 +51,7 @@ pub enum JobKind {
     Batch,
     /// Facts of all scenarios.
     Survey,
-    /// A measure of all scenarios.
+    /// What the list is sorted by, by the order's id.
     Ranking(&'static str),
     /// The ego of a scenario is planned.
     Plan,

@@ -302,7 +302,7 @@ pub fn perform(model: &mut Model, action: Action) {
     }
 }
 
-/// Shows the good driver beside the variant, or its original again.
+/// Shows the ideal driver beside the variant, or its original again.
 fn certificate(model: &mut Model) {
     let has = model
         .opened
@@ -315,7 +315,7 @@ fn certificate(model: &mut Model) {
             .as_deref()
             .is_some_and(|opened| opened.saved.is_some());
         return model.say(if shows || saved {
-            "no good driver survives this variant, so there is no certificate".into()
+            "no ideal driver survives this variant, so there is no certificate".into()
         } else {
             let key = model.look.key(Action::Generate);
             format!("only a variant has a certificate; {key} makes the scenario dangerous")

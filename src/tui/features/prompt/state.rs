@@ -343,9 +343,14 @@ impl PromptPane {
         self.is_draft().then(|| (self.file.clone(), self.text()))
     }
 
-    /// Remembers a draft that could be filled.
+    /// Remembers a draft that could be filled, but none in which a brace has just been opened: it is the beginning of a
+    /// tag that is being typed.
     pub(crate) fn accept(&mut self, draft: Option<(String, String)>) {
-        self.good = draft;
+        let open = |text: &str| text.matches('{').count() > text.matches('}').count();
+        let is_half = |(_, text): &(String, String)| open(text) && !open(&self.saved);
+        if !draft.as_ref().is_some_and(is_half) {
+            self.good = draft;
+        }
     }
 
     /// The last draft that could be filled.
@@ -368,6 +373,22 @@ impl PromptPane {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_draft_that_is_half_typed_is_no_good_one() {
+        let mut pane = PromptPane::default();
+        let draft = |text: &str| Some(("a.md".to_string(), text.to_string()));
+        for (typed, good) in [
+            ("{% if cp %} you", "{% if cp %} you"),
+            ("{{% if cp %} you", "{% if cp %} you"),
+            ("{{ x }}{% if cp %} you", "{{ x }}{% if cp %} you"),
+        ] {
+            pane.accept(draft(typed));
+            assert_eq!(pane.good(), draft(good), "{typed}");
+        }
+        pane.accept(None);
+        assert_eq!(pane.good(), None);
+    }
 
     #[test]
     fn paragraphs_that_stay_are_no_changes() {

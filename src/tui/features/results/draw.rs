@@ -14,7 +14,7 @@ use unicode_width::UnicodeWidthStr;
 use crate::action::{Action, Scope};
 use crate::features::results::matrix::{self, HEADS, NAMES, asked, model_name, version};
 use crate::model::{Model, ResultsDrawn, ResultsView};
-use crate::widgets::words::{date, fit, pad, thousands};
+use crate::widgets::words::{date, fit, pad, thousands, whole_parts};
 use crate::widgets::{hints, window};
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
@@ -165,25 +165,32 @@ pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model, hidden: &[&str]) -
     }
     words.extend(cost(results));
     let has_claims = |answer: &&AnswerOutcome| claim_counts(answer).is_some();
-    if inside && results.answers().iter().any(has_claims) {
-        words.push("claims: = right, ≠ wrong, ? open".into());
-    }
-    if !inside {
+    let legend = if !inside {
         let left_out = results.left_out.iter();
         words.extend(left_out.map(|words| format!("not counted: {words}")));
-        words.push("= right, ≠ wrong, p/n: says yes/no".into());
-    }
-    if !hidden.is_empty() {
-        let keys = [Action::CellLeft, Action::CellRight];
-        let (keys, _) = hints::pair(model, Scope::Results, keys, "");
-        words.push(match hidden {
-            [one] => format!("{keys} more: {one}"),
-            _ => format!("{keys} {} more columns", hidden.len()),
-        });
-    }
-    let text = Paragraph::new(words.join(" · "))
-        .style(Style::new().fg(model.theme.dim))
-        .wrap(Wrap { trim: true });
+        "= right, ≠ wrong, p/n: says yes/no"
+    } else if results.answers().iter().any(has_claims) {
+        "claims: = right, ≠ wrong, ? open"
+    } else {
+        ""
+    };
+    let keys = [Action::CellLeft, Action::CellRight];
+    let (keys, _) = hints::pair(model, Scope::Results, keys, "");
+    let more = match hidden {
+        [] => String::new(),
+        [one] => format!("{keys} more: {one}"),
+        _ => format!("{keys} {} more columns", hidden.len()),
+    };
+    // What is counted is always said, on several lines if need be; what helps to read it, as long as one line has room.
+    let facts = words.join(" · ");
+    let line = whole_parts([&facts, &more, legend], usize::from(area.width));
+    let text = Paragraph::new(if line.starts_with(&facts) {
+        line
+    } else {
+        facts
+    })
+    .style(Style::new().fg(model.theme.dim))
+    .wrap(Wrap { trim: true });
     let lines = u16::try_from(text.line_count(area.width))
         .unwrap_or(u16::MAX)
         .min(area.height.saturating_sub(2) / 2);
@@ -208,35 +215,58 @@ pub fn draw_answers(
     let all = results.answers();
     let cell = results.column.min(HEADS.len() - 1);
     let title = results.row().map_or(String::new(), |row| {
-        let (how, head) = (asked(&row.configuration, true).join(" "), HEADS[cell]);
+        let head = HEADS[cell];
         let version =
             version(&row.configuration).map_or(String::new(), |words| format!(" · {words}"));
         let model = model_name(&row.configuration);
-        format!("{model} · {how}{version} · {head} {}", all.len())
+        let [whole, short] = [false, true].map(|short| {
+            let how = asked(&row.configuration, short).join(" ");
+            format!("{model} · {how}{version} · {head} {}", all.len())
+        });
+        if whole.width() + CORNERS <= usize::from(area.width) {
+            whole
+        } else {
+            short
+        }
     });
-    let list = if selected.is_some() {
+    let (inner, list) = if selected.is_some() {
         let inner = window::window_at(frame, area, model, &title);
-        foot(frame, inner, model, &[])
+        (inner, foot(frame, inner, model, &[]))
     } else {
-        window::beside(frame, area, model, &title)
+        let inner = window::beside(frame, area, model, &title);
+        (inner, inner)
     };
     let rows = usize::from(list.height);
     let top = selected
         .unwrap_or(0)
         .saturating_sub(rows / 2)
         .min(all.len().saturating_sub(rows));
-    let shown = all.iter().enumerate().skip(top).take(rows);
-    let widths = AnswerWidths::new(&all, usize::from(list.width));
-    let lines = shown.map(|(place, answer)| {
+    let mut widths = AnswerWidths::new(&all, usize::from(list.width));
+    // Those that are only shown stand side by side where there is room.
+    let beside = match selected {
+        Some(_) => 1,
+        None => (widths.whole / widths.needed.max(1)).max(1),
+    };
+    widths.whole /= beside;
+    let line = |place: usize| {
+        let answer = all.get(place)?;
         let chosen = selected == Some(place);
         let line = answer_line(model, answer, chosen, &widths);
-        if chosen {
+        Some(if chosen {
             model.theme.select(line)
         } else {
             line.style(model.theme.base())
-        }
+        })
+    };
+    let lines = (top..(top + rows).min(all.len())).map(|first| {
+        let mut whole = line(first).unwrap_or_default();
+        let others = (1..beside).filter_map(|column| line(first + column * rows));
+        whole.spans.extend(others.flatten());
+        whole
     });
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), list);
+    let below = all.len().saturating_sub(top + rows * beside);
+    window::below(frame, inner, model, below);
     ResultsDrawn {
         list,
         top,
@@ -244,9 +274,15 @@ pub fn draw_answers(
     }
 }
 
+/// Columns between answers that stand side by side.
+const GAP: usize = 3;
+
 /// Columns of answers, so that no name is cut while there is room.
 struct AnswerWidths {
+    /// Of a line.
     whole: usize,
+    /// What a line needs, with a gap behind it.
+    needed: usize,
     name: usize,
     what: usize,
     claims: usize,
@@ -272,8 +308,10 @@ impl AnswerWidths {
             name + what > left
         };
         let (what, claims, left) = of(brief);
+        let needed = width - left.saturating_sub(name + what) + GAP;
         Self {
             whole: width,
+            needed,
             name: name.min(left - what.min(left / 2)),
             what: what.min(left / 2),
             claims,

@@ -5,7 +5,7 @@ use ratatui::text::Span;
 
 use crate::loaded::{Opened, Tally};
 use crate::model::{HEADLINE, List, Model, Order, Row, nearest};
-use crate::widgets::words::fit;
+use crate::widgets::words::{fit, hundredths};
 use nearmiss_scene::metrics::{CriticalMoment, Grade, Headline, Measure, measure};
 
 /// A column.
@@ -21,7 +21,7 @@ pub enum Column {
     Country,
     /// Verdicts of stored answers: agreement and count; the narrow form shows agreement only.
     Answers { wide: bool },
-    /// By what the moment that matters is ordered among those as severe.
+    /// By what the moment that matters is ordered among those as severe, after a word for it.
     Finer,
     /// How severe the moment that matters is, and a mark of contact.
     Severity,
@@ -31,7 +31,7 @@ impl Column {
     /// Columns of the screen, the one before it included.
     pub fn width(self) -> usize {
         match self {
-            Self::Finer => 10,
+            Self::Finer => 16,
             Self::Answers { wide: true } => 8,
             Self::Value(_) | Self::Duration => 6,
             Self::Obstacles | Self::Country | Self::Severity => 4,
@@ -50,7 +50,7 @@ impl Column {
             Self::Obstacles => "obs".into(),
             Self::Duration => "time".into(),
             Self::Country => "cty".into(),
-            Self::Finer => "then by".into(),
+            Self::Finer => "why".into(),
             Self::Answers { wide } => if wide { "answers" } else { "≠" }.into(),
             Self::Severity => "sev".into(),
         }
@@ -145,7 +145,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Opened>) ->
                 Some(Some(value)) if value.abs() >= 100.0 || measure.is_ordinal() => {
                     Span::styled(format!("{value:.0}"), accent)
                 }
-                Some(Some(value)) => Span::styled(format!("{value:.2}"), accent),
+                Some(Some(value)) => Span::styled(hundredths(value), accent),
             }
         }
         Column::Obstacles => plain(facts.map(|f| f.obstacles.to_string())),
@@ -156,13 +156,13 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Opened>) ->
             let measured = headline
                 .and_then(Headline::worst)
                 .map(CriticalMoment::measured);
-            plain(measured.flatten().map(|(value, unit)| {
+            plain(measured.flatten().map(|(word, value, unit)| {
                 // Of a graze about to happen that says no more.
                 if unit == "m/s²" && value > 100.0 {
-                    return format!(">100 {unit}");
+                    return format!("{word} >100 {unit}");
                 }
                 let digits = usize::from(value.abs() < 100.0) + usize::from(value.abs() < 10.0);
-                format!("{value:.digits$} {unit}")
+                format!("{word} {value:.digits$} {unit}")
             }))
         }
         // Stored answers are about the recorded ego and the original.

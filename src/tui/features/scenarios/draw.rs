@@ -258,8 +258,13 @@ fn scenario(
     let row = &model.list.rows[place];
     let used: usize = columns.iter().map(|c| c.width()).sum();
     let mut room = width.saturating_sub(used + 2);
-    // The name is cut for it.
-    let whose = whose(model, place).filter(|whose| room >= whose.len() + LEAST_NAME);
+    // The name of what is open is cut for it.
+    let name_kept = if model.list.opened == Some(place) {
+        LEAST_NAME
+    } else {
+        row.entry.name.width()
+    };
+    let whose = whose(model, place).filter(|whose| room >= whose.len() + name_kept);
     room -= whose.map_or(0, str::len);
     let mut line = name(model, row, room, matching);
     if let Some(whose) = whose {

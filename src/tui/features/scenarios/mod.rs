@@ -22,7 +22,7 @@ use crate::session::restore;
 use crate::update::{open, open_current, opening};
 use crate::widgets::picker;
 use crate::widgets::words::pad;
-use request::{Survey, ranking};
+use request::{Rank, Survey, ranking};
 use saved_views::{ListViews, SavedViewsScreen};
 
 /// How many of the list have no ego, and the key that plans one, unless what is open has nothing to plan for or is planned,
@@ -97,6 +97,10 @@ fn nothing_found(model: &mut Model, message: String) -> Vec<Effect> {
 /// A frame is about to be drawn: what arrived takes its place, and what is on the screen is asked for first.
 pub fn drawing(model: &mut Model) -> Vec<Effect> {
     model.list.settle();
+    let lacking = model.list.lacking_egos();
+    if !lacking.is_empty() {
+        return vec![Rank::All(model.list.order.id(), lacking).into()];
+    }
     if model.list.lead() {
         return open_current(model);
     }
@@ -369,8 +373,10 @@ impl Choice for Orders {
         model.list.sort_by(*order);
         model.list.leads = order.needs_facts();
         let measured = matches!(order, Order::Severity | Order::Measure(_));
-        if let Some(why) = without_ego(model).filter(|_| measured) {
-            model.say(format!("{why}; until then they come last"));
+        if let Some(why) = model.list.without_ego().filter(|_| measured) {
+            model.say(format!(
+                "{why}: the planner drives those with a planning problem; until then they come last"
+            ));
         }
         Step::Close(ranking(model).into_iter().collect())
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::features::jobs::notes;
-use crate::loaded::{Facts, Verdicts, worst_of};
+use crate::loaded::{Facts, Ranked, Verdicts};
 use crate::message::Effect;
 use crate::model::{JobKind, Model};
 use crate::request::{Replies, Request};
@@ -161,44 +161,46 @@ fn recount(services: &Services, place: usize, entry: Entry, replies: Replies<Sur
     });
 }
 
-/// Works out the most dangerous value of a measure in scenarios, by their places in the list.
+/// Works out what the list is sorted by in scenarios, by their places in the list: the most dangerous value of a measure,
+/// and what matters with the planner's ego where none is recorded.
 #[derive(Debug)]
 pub enum Rank {
-    /// In these.
+    /// In these, for the order of this id.
     All(&'static str, Vec<(usize, Entry)>),
     /// In no more.
     Stop,
 }
 
 impl Request for Rank {
-    /// The measure's id, the place in the list, and the value.
-    type Reply = (&'static str, usize, Option<f64>);
+    /// The order's id, the place in the list, and what was worked out.
+    type Reply = (&'static str, usize, Ranked);
 
     fn sent(&self, model: &mut Model) {
-        if let Self::All(measure, entries) = self {
-            notes::begin_ranking(model, measure, entries);
+        if let Self::All(order, entries) = self {
+            notes::begin_ranking(model, order, entries);
         }
     }
 
     fn perform(self, services: &mut Services, replies: Replies<Self>) {
         let queue = services.state::<Queue<Self>>().clone();
-        let Self::All(measure, entries) = self else {
+        let Self::All(order, entries) = self else {
             return queue.stop();
         };
         let (ego, thresholds) = (services.ego.clone(), services.thresholds.clone());
+        let planning = services.planning;
         let here = std::env::current_dir().unwrap_or_default();
         queue.replace(entries, replies, move |place, entry| {
             let Some(_guard) = guarded(entry, &here) else {
-                return (measure, place, None);
+                return (order, place, Ranked::default());
             };
-            let value = worst_of(entry, &ego, measure, &thresholds);
-            (measure, place, value)
+            let ranked = Ranked::read(entry, &ego, order, &planning, &thresholds);
+            (order, place, ranked)
         });
     }
 
-    fn reply(model: &mut Model, (measure, place, value): Self::Reply) -> Vec<Effect> {
-        notes::note_part(model, JobKind::Ranking(measure), place);
-        model.list.rank(measure, place, value);
+    fn reply(model: &mut Model, (order, place, ranked): Self::Reply) -> Vec<Effect> {
+        notes::note_part(model, JobKind::Ranking(order), place);
+        model.list.rank(order, place, ranked);
         Vec::new()
     }
 }

@@ -20,7 +20,7 @@ use crate::features::scenarios::request::{Find, Found, Rank, Survey};
 use crate::features::source::ReadSource;
 use crate::features::values::{MeasureAll, ReadThresholds};
 use crate::keymap::{Code, Key, Keymap, Preset};
-use crate::loaded::{Opened, Source};
+use crate::loaded::{Opened, Ranked, Source};
 use crate::message::{Effect, Mouse, Msg, Reloaded};
 use crate::model::PromptPane;
 use crate::tests::bench::opened;
@@ -328,9 +328,12 @@ impl World {
             return Some(facts.map(Msg::reply::<Survey>).collect());
         }
         if let Some(Rank::All(measure, entries)) = effect.request() {
-            let value = |place: usize| (!place.is_multiple_of(3)).then_some(place as f64 * 0.7);
+            let ranked = |place: usize| Ranked {
+                value: (!place.is_multiple_of(3)).then_some(place as f64 * 0.7),
+                planned: None,
+            };
             let places = entries.iter().map(|(place, _)| *place);
-            let values = places.map(|place| (*measure, place, value(place)));
+            let values = places.map(|place| (*measure, place, ranked(place)));
             return Some(values.map(Msg::reply::<Rank>).collect());
         }
         if let Some(LoadStored(of)) = effect.request() {

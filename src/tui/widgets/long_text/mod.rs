@@ -15,6 +15,7 @@ use crate::widgets::claimed::marked;
 use crate::widgets::highlight::{AnswerPainter, Language, Painter, is_loaded};
 use crate::widgets::markdown::table::{self, Layout};
 use crate::widgets::markdown::{self, Piece, pieces_of};
+use crate::widgets::unbroken::is_plain;
 use crate::widgets::words::fit;
 use outline::{Json, Kind, Outline, Row};
 
@@ -396,7 +397,8 @@ fn ended(line: &str) -> &str {
 pub fn height(line: Line<'_>, width: u16) -> usize {
     // Most lines are short and plain, and need no wrapping to be counted.
     let bytes: usize = line.spans.iter().map(|span| span.content.len()).sum();
-    if bytes <= usize::from(width) && line.spans.iter().all(|span| span.content.is_ascii()) {
+    let mut spans = line.spans.iter();
+    if bytes <= usize::from(width) && spans.all(|span| span.content.chars().all(is_plain)) {
         return 1;
     }
     let wrapped = Paragraph::new(line).wrap(Wrap { trim: false });

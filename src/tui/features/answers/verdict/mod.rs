@@ -18,7 +18,7 @@ use super::obstacles::{self, bare};
 use crate::action::Action;
 use crate::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
 use crate::widgets::words::{date, fit};
-use crate::widgets::{row, window};
+use crate::widgets::{row, unbroken, window};
 use table::{LABEL, Row, Table};
 
 /// Columns that an answer needs, and from which columns of the pane on it has more.
@@ -69,13 +69,14 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     let verdict = reference.map(|r| &r.verdict);
     let seen = seen(answers, room);
+    let columns = &answers.columns[seen.clone()];
+    // Beside answers that state no probability, that of the built-in judge tells nothing.
+    let alone = verdict.filter(|_| columns.is_empty());
     let rows = Row::visible(
-        differ(&answers.columns),
-        known(verdicts(&answers.columns[seen.clone()]).chain(verdict)),
-        answers.columns[seen.clone()]
-            .iter()
-            .any(|c| other_window(model, c)),
-        answers.reference_ms.is_some() || answers.columns[seen.clone()].iter().any(is_measured),
+        differ(columns),
+        known(verdicts(columns).chain(alone)),
+        columns.iter().any(|c| other_window(model, c)),
+        answers.reference_ms.is_some() || columns.iter().any(is_measured),
     );
     let mut table = Table::new(model, rows);
     let ids: Vec<&str> = answers.columns[seen.clone()]
@@ -114,7 +115,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let table = obstacles::lines(model, &named, seen, &widths);
     let mut above = text.clone();
     above.extend(table.iter().take(2).cloned());
-    let above = Paragraph::new(above).wrap(Wrap { trim: false });
+    let above = Paragraph::new(unbroken::text(above)).wrap(Wrap { trim: false });
     let rows = above.line_count(inner.width.saturating_sub(1));
     model.drawn.set_obstacles(rows);
     text.extend(table);
@@ -206,7 +207,8 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
         return Text::styled(hint, dim);
     }
     let measured = answers.columns[seen.clone()].iter().any(is_measured);
-    let rows = Row::visible(differ(&answers.columns), (false, false), false, measured);
+    let ways = differ(&answers.columns[seen.clone()]);
+    let rows = Row::visible(ways, (false, false), false, measured);
     let mut table = Table::new(model, rows);
     let ids: Vec<&str> = answers.columns[seen.clone()]
         .iter()
@@ -250,15 +252,15 @@ fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
     last.saturating_sub(fit)..last
 }
 
-/// Whether not all were asked from the same frame with the same techniques, and whether not all with the same prompt.
-fn differ(columns: &[Column]) -> (bool, bool) {
-    let ways = columns.iter().map(|c| parts(&c.how));
-    let ways: Vec<_> = ways.collect();
+/// Whether not all in sight were asked from the same frame, with the same techniques, and with the same prompt.
+fn differ(columns: &[Column]) -> [bool; 3] {
+    let ways: Vec<_> = columns.iter().map(|c| parts(&c.how)).collect();
     let pairs = || ways.windows(2).map(|pair| (pair[0], pair[1]));
-    (
-        pairs().any(|(a, b)| (a.0, a.1) != (b.0, b.1)),
+    [
+        pairs().any(|(a, b)| a.0 != b.0),
+        pairs().any(|(a, b)| a.1 != b.1),
         pairs().any(|(a, b)| a.2 != b.2),
-    )
+    ]
 }
 
 /// Whether time or tokens of an answer are known, or still being counted: recorded answers have neither.

@@ -42,9 +42,9 @@ pub enum Row {
 }
 
 impl Row {
-    /// The rows that are needed, in their order: what tells columns apart comes first.
+    /// The rows that are needed, in their order: what tells columns apart comes first, then what geometry judges.
     pub fn visible(
-        (ways, prompts): (bool, bool),
+        [frames, techniques, prompts]: [bool; 3],
         (stated, tokens): (bool, bool),
         truth: bool,
         measured: bool,
@@ -55,17 +55,18 @@ impl Row {
             Self::How,
             Self::Prompt,
             Self::Says,
+            Self::Who,
+            Self::Risk,
+            Self::Truth,
             Self::Probability,
             Self::TokenProbability,
-            Self::Who,
-            Self::Truth,
             Self::Steps,
-            Self::Risk,
             Self::Tokens,
             Self::Time,
         ];
         let needed = |row: &Self| match row {
-            Self::Frame | Self::How => ways,
+            Self::Frame => frames,
+            Self::How => techniques,
             Self::Prompt => prompts,
             Self::Probability => stated,
             Self::TokenProbability => tokens,

@@ -1,4 +1,4 @@
-//! The certificate of a variant in words: what the good driver does who survives it, when at the latest, and why that
+//! The certificate of a variant in words: what the ideal driver does who survives it, when at the latest, and why that
 //! counts.
 
 use nearmiss_drive::generation::EvasionRecord;
@@ -11,9 +11,9 @@ use crate::widgets::row::Lines;
 
 /// What is certified of a variant.
 pub struct Certified<'a> {
-    /// Reaction times in seconds, the shortest first, with why none survives with it; `None` where a good driver does.
+    /// Reaction times in seconds, the shortest first, with why none survives with it; `None` where an ideal driver does.
     pub delays: Vec<(String, Option<String>)>,
-    /// What the good driver does with the longest one that survives.
+    /// What the ideal driver does with the longest one that survives.
     pub driver: Option<&'a EvasionRecord>,
     /// The last step before an attacker leaves its recorded motion.
     pub from: i64,
@@ -24,7 +24,7 @@ pub struct Certified<'a> {
 }
 
 impl Certified<'_> {
-    /// Adds what the good driver does, and with which reaction times.
+    /// Adds what the ideal driver does, and with which reaction times.
     pub fn add_to(&self, lines: &mut Lines, theme: &Theme) {
         let peak = self.driver.and_then(|driver| driver.max_acceleration);
         let used = peak.map_or(String::new(), |peak| format!(", with up to {peak:.1} m/s²"));
@@ -81,10 +81,7 @@ impl Certified<'_> {
             }
             lines.say_in("peak", &words, style);
         }
-        lines.say(
-            "driver",
-            "the good driver is ideal: it knows all motions to come",
-        );
+        lines.say("driver", "ideal: it knows all motions to come");
         if let Some(last) = driver.ends.last_step {
             let words = format!(
                 "no contact up to {:.1} s, nor 2 s straight on from there; on the road, within the limits of its vehicle",

@@ -1,4 +1,4 @@
-//! A variant in three maps at the moment that matters in it: the original, the attack, and the good driver who survives
+//! A variant in three maps at the moment that matters in it: the original, the attack, and the ideal driver who survives
 //! it, above the gaps to the attacker over time.
 
 use ratatui::Frame;
@@ -60,7 +60,7 @@ fn drives<'a>(model: &Model, strip: &VariantStrip<'a>) -> Vec<Drive<'a>> {
         ("attack", theme.danger, Dash::Solid, strip.attack),
     ];
     let survived = strip.survived;
-    drives.extend(survived.map(|drive| ("good driver", theme.ego, Dash::Dashed, drive)));
+    drives.extend(survived.map(|drive| ("ideal driver", theme.ego, Dash::Dashed, drive)));
     drives
 }
 
@@ -105,8 +105,24 @@ fn draw_gaps(
     drives: &[Drive<'_>],
 ) {
     let theme = &model.theme;
+    let time = strip.attack.step as f64 * strip.attack.opened.scenario.dt();
+    let (sign, word) = match strip.attack.opened.contact() {
+        Some(contact) => ('X', contact.name()),
+        None => ('▼', "most severe"),
+    };
+    let moment = Event {
+        time,
+        sign,
+        label: format!("{word} {time:.1} s"),
+        style: Style::new().fg(theme.danger).add_modifier(Modifier::BOLD),
+    };
+    let mut gap = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
+    if gaps::is_low(Block::bordered().inner(area)) {
+        let words = format!("{sign} {}", moment.label);
+        gap.push(vec![Span::styled(words, moment.style)]);
+    }
     let named = |signs: bool| {
-        let mut parts = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
+        let mut parts = gap.clone();
         parts.extend(drives.iter().map(|(name, color, dash, _)| {
             let sign = if signs { dash.sign() } else { "" };
             let words = format!("{sign} {name}");
@@ -121,8 +137,7 @@ fn draw_gaps(
     let room = usize::from(area.width).saturating_sub(4);
     let titles = [true, false].map(|signs| fitting(named(signs), usize::MAX));
     let title = titles.into_iter().find(|title| title.width() <= room);
-    let mut title =
-        title.unwrap_or_else(|| fitting(named(false).into_iter().take(1).collect(), room));
+    let mut title = title.unwrap_or_else(|| fitting(gap, room));
     title.spans.insert(0, " ".into());
     title.push_span(" ");
     let block = Block::bordered()
@@ -139,17 +154,6 @@ fn draw_gaps(
             opened: moment.opened,
         })
         .collect();
-    let time = strip.attack.step as f64 * strip.attack.opened.scenario.dt();
-    let (sign, word) = match strip.attack.opened.contact() {
-        Some(contact) => ('X', contact.name()),
-        None => ('▼', "most severe"),
-    };
-    let moment = Event {
-        time,
-        sign,
-        label: format!("{word} {time:.1} s"),
-        style: Style::new().fg(theme.danger).add_modifier(Modifier::BOLD),
-    };
     gaps::draw(f, inner, model, &curves, strip.attacker, moment);
 }
 

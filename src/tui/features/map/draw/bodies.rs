@@ -81,7 +81,7 @@ pub fn contacts(
     let style = Style::new()
         .fg(look.theme.danger)
         .bg(look.theme.map_ground)
-        .add_modifier(Modifier::BOLD | Modifier::REVERSED);
+        .add_modifier(Modifier::BOLD);
     let tiny = scene.bodies.iter().chain(&scene.ego);
     let tiny = tiny.filter(|body| body.is_tiny(view.cell.0));
     let arrows: Vec<_> = tiny.map(|b| board.cell(view.at(&middle(b)))).collect();

@@ -23,7 +23,7 @@ pub struct SecondMap {
     pub on: bool,
     /// The step that it is pinned to; `None` where it follows from what is open.
     pub pinned: Option<i64>,
-    /// Beside a variant the good driver who survives it, in place of its original.
+    /// Beside a variant the ideal driver who survives it, in place of its original.
     pub certificate: bool,
     /// Predicted paths at its step.
     pub foresight: Foresight,
@@ -74,7 +74,7 @@ pub struct Moment<'a> {
 pub enum DrivenBy {
     /// The planner that is attacked.
     Planner,
-    /// The good driver of the certificate, with this reaction time in seconds.
+    /// The ideal driver of the certificate, with this reaction time in seconds.
     GoodDriver(f64),
 }
 
@@ -156,7 +156,7 @@ impl<'a> Moment<'a> {
     #[must_use]
     pub fn driven_words(&self, driven: DrivenBy) -> [String; 4] {
         let (name, brief) = match driven {
-            DrivenBy::GoodDriver(delay) => (format!("good driver {delay:.1} s"), "good driver"),
+            DrivenBy::GoodDriver(delay) => (format!("ideal driver {delay:.1} s"), "ideal driver"),
             DrivenBy::Planner => (self.attack_name(), "attack"),
         };
         let verdict = self.opened.collision.as_ref().map(|j| j.verdict.dangerous);
@@ -228,7 +228,7 @@ fn moment_to_compare(opened: &Opened, step: i64) -> (i64, Reason) {
     }
 }
 
-/// A variant beside its original and the good driver who survives it, all at the moment that matters in the variant.
+/// A variant beside its original and the ideal driver who survives it, all at the moment that matters in the variant.
 #[derive(Debug, Clone, Copy)]
 pub struct VariantStrip<'a> {
     /// The first attacker.
@@ -237,7 +237,7 @@ pub struct VariantStrip<'a> {
     pub original: Moment<'a>,
     /// The variant.
     pub attack: Moment<'a>,
-    /// The good driver, where one survives.
+    /// The ideal driver, where one survives.
     pub survived: Option<Moment<'a>>,
 }
 
@@ -341,7 +341,7 @@ impl Model {
         then.or_else(|| self.moment())
     }
 
-    /// The good driver who is shown beside the variant that is open.
+    /// The ideal driver who is shown beside the variant that is open.
     fn good_driver(&self) -> Option<&CertificateDrive> {
         let second = &self.map.second;
         let opened = self

@@ -36,15 +36,23 @@ const NEAR: f64 = 2.0;
 const ROW: u16 = 4;
 /// Columns that the plot keeps before names stand at the ends of lines.
 const COLUMNS: u16 = 36;
+/// Rows from which on the moment has a row of its own above the plot.
+const ROOMY: u16 = 9;
 
-/// Draws the gaps to an obstacle around a moment, which is marked; each line has its name at its end.
+/// Whether the area is too low for the moment's label, which then belongs in the title.
+pub fn is_low(area: Rect) -> bool {
+    area.height < ROOMY
+}
+
+/// Draws the gaps to an obstacle around a moment, which is marked, and named where the area is not low; each line has its
+/// name at its end.
 pub fn draw(
     f: &mut Frame<'_>,
     area: Rect,
     model: &Model,
     drives: &[GapCurve<'_>],
     obstacle: i64,
-    moment: Event,
+    mut moment: Event,
 ) {
     let all: Vec<Curve> = { drives.iter() }
         .map(|drive| curve(drive, obstacle, moment.time))
@@ -53,9 +61,13 @@ pub fn draw(
         return;
     };
     // The moment is named in the first row.
+    let named = u16::from(!is_low(area));
+    if named == 0 {
+        moment.label.clear();
+    }
     let rest = Rect {
-        y: area.y + 1.min(area.height),
-        height: area.height.saturating_sub(1),
+        y: area.y + named,
+        height: area.height - named,
         ..area
     };
     let upwards = Upwards::fitting(rest, |most| Ticks::around(0.0, high, most));

@@ -39,19 +39,20 @@ struct Curve {
 }
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
-    if let (Some(what), Some(_)) = (model.plot.drives, model.planned()) {
+    let ended = ended_at_once(model);
+    if let (Some(what), Some(_), None) = (model.plot.drives, model.planned(), &ended) {
         return marks::draw(f, area, model, what);
     }
     let theme = &model.theme;
     let opened = model.opened.as_ref();
-    let (Some(opened), Some(series)) = (opened, &model.plot.series) else {
+    let (Some(opened), Some(series), None) = (opened, &model.plot.series, &ended) else {
         let title = Line::from(model.plot.measure.id);
         let inner = window::pane(f, area, model, Pane::Plot, title);
-        let words = match model.scene() {
+        let words = ended.unwrap_or_else(|| match model.scene() {
             Some(_) => "computing…".to_string(),
             None if model.awaits_ego() => model.without_ego(),
             None => "no values without an ego".into(),
-        };
+        });
         let words = Paragraph::new(words).wrap(Wrap { trim: true });
         f.render_widget(words.style(Style::new().fg(theme.dim)), inner);
         return;
@@ -90,6 +91,16 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let unnamed = marks::thresholds(f, &axes, model);
     legend(f, key, model, &curves, &unnamed, &answers);
     model.drawn.time_scale(axes.plot);
+}
+
+/// A planned drive that is shorter has no course to plot, seconds.
+const SHORTEST: f64 = 0.5;
+
+/// How a planned drive ended that is too short to be plotted.
+fn ended_at_once(model: &Model) -> Option<String> {
+    let seconds = model.opened.as_ref()?.seconds();
+    let outcome = &model.planned()?.outcome;
+    (seconds < SHORTEST).then(|| format!("the drive ends after {seconds:.1} s: {outcome}"))
 }
 
 /// The window that is shown, in seconds.

@@ -14,7 +14,7 @@ use nearmiss_workflow::{Agreement, Filterable};
 use strum::{IntoStaticStr, VariantArray};
 use unicode_width::UnicodeWidthStr;
 
-use crate::loaded::Facts;
+use crate::loaded::{Facts, Ranked};
 use crate::model::Place;
 
 pub use nearmiss_workflow::{Filter, HEADLINE, Matching, TERMS, WordMatch, nearest};
@@ -69,6 +69,8 @@ pub struct List {
     shut: HashSet<String>,
     /// Whether what arrived changes what is shown.
     stale: bool,
+    /// Whether the planner was asked to drive those without an ego, for the order.
+    driven: bool,
     /// How many were read.
     pub facts_read: usize,
     /// Columns of the longest name.
@@ -108,6 +110,7 @@ impl List {
             self.longest = self.longest.max(row.entry.name.width());
             self.rows.push(row);
         }
+        self.driven = false;
         self.stale = true;
     }
 
@@ -234,7 +237,7 @@ impl List {
     pub fn lead(&mut self) -> bool {
         let known = |row: &Row| match self.ranking() {
             Some(_) => row.value.is_some(),
-            None => row.facts.is_some(),
+            None => row.facts.is_some() && !(self.driven && row.lacks_ego() && row.value.is_none()),
         };
         if !self.leads || !self.found || !self.rows.iter().all(known) {
             return false;
@@ -247,6 +250,7 @@ impl List {
     /// Sorts anew, in the same direction.
     pub fn set_order(&mut self, order: Order) {
         if self.order != order {
+            self.driven = false;
             for row in &mut self.rows {
                 row.value = None;
             }
@@ -264,6 +268,21 @@ impl List {
         }
     }
 
+    /// Scenarios without an ego that the order needs one of, with their places: once, when all are read.
+    pub fn lacking_egos(&mut self) -> Vec<(usize, Entry)> {
+        let by_danger = matches!(self.order, Order::Severity | Order::Measure(_));
+        let read = self.found && self.facts_read >= self.rows.len();
+        // With the values of a measure they are driven anyway.
+        if !by_danger || !read || self.ranking().is_some() || self.driven {
+            return Vec::new();
+        }
+        self.driven = true;
+        let rows = self.rows.iter().enumerate();
+        rows.filter(|(_, row)| row.lacks_ego())
+            .map(|(place, row)| (place, row.entry.clone()))
+            .collect()
+    }
+
     /// Why some of the listed have no severity and no measures, where they lack an ego.
     #[must_use]
     pub fn without_ego(&self) -> Option<String> {
@@ -276,15 +295,18 @@ impl List {
         for row in &mut self.rows {
             (row.value, row.planned) = (None, None);
         }
+        self.driven = false;
         self.stale = true;
     }
 
-    /// The most dangerous value of a scenario is known; values of another measure are too late.
-    pub fn rank(&mut self, measure: &str, place: usize, value: Option<f64>) {
-        if self.measure().is_some_and(|m| m.id == measure)
+    /// What a scenario is sorted by is known; that of another order is too late.
+    pub fn rank(&mut self, order: &str, place: usize, ranked: Ranked) {
+        if self.order.id() == order
             && let Some(row) = self.rows.get_mut(place)
         {
-            row.value = Some(value);
+            row.value = Some(ranked.value);
+            // The user's own drive stays.
+            row.planned = row.planned.take().or(ranked.planned);
             self.stale = true;
         }
     }

@@ -147,8 +147,8 @@ pub struct Row {
     pub entry: Entry,
     /// Its facts, once known.
     pub facts: Option<Result<Facts, String>>,
-    /// What matters with an ego that was planned in this session, where none is recorded, and how long its drive is,
-    /// seconds.
+    /// What matters with an ego that was planned in this session, by the user or for the order, where none is recorded,
+    /// and how long its drive is, seconds.
     pub planned: Option<(Headline, f64)>,
     /// The most dangerous value of the measure by which the list is sorted; the outer one is whether it is known.
     pub value: Option<Option<f64>>,

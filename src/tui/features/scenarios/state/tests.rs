@@ -192,8 +192,12 @@ fn a_wrong_term_is_said_and_one_that_is_being_typed_is_not() {
     }
     list.set_filter(String::new());
     list.sort_by(Order::Measure(measure("drac").unwrap()));
-    list.rank("drac", 1, Some(4.0));
-    list.rank("drac", 0, Some(1.0));
+    let ranked = |value| Ranked {
+        value: Some(value),
+        planned: None,
+    };
+    list.rank("drac", 1, ranked(4.0));
+    list.rank("drac", 0, ranked(1.0));
     list.set_filter("drac>3".into());
     assert_eq!(
         (list.visible.as_slice(), list.read.wrong.len()),
