@@ -28,6 +28,12 @@ pub enum Direction {
 }
 
 impl Direction {
+    /// Whether that is behind, on whatever side.
+    #[must_use]
+    pub fn is_behind(self) -> bool {
+        matches!(self, Self::Behind | Self::RearLeft | Self::RearRight)
+    }
+
     /// The word for it.
     #[must_use]
     pub fn name(self) -> &'static str {

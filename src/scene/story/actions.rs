@@ -200,38 +200,43 @@ impl Drive {
         }
     }
 
-    /// The speed around a place by how far places are apart, m/s.
-    fn speed_by_places(&self, place: usize) -> f64 {
+    /// The mean of the recorded speeds around a place and the speed by places there, m/s.
+    fn speeds_around(&self, place: usize) -> (f64, f64) {
         let half = self.places(OVER / 2.0);
-        let from = &self.all[place.saturating_sub(half)];
-        let to = &self.all[(place + half).min(self.all.len() - 1)];
-        let seconds = (to.0 - from.0) as f64 * self.dt;
+        let around = place.saturating_sub(half)..=(place + half).min(self.all.len() - 1);
+        let (mut told, mut way, mut seconds) = (0.0, 0.0, 0.0);
+        for pair in self.all[around].windows(2) {
+            let time = (pair[1].0 - pair[0].0) as f64 * self.dt;
+            told += (pair[0].1.velocity.abs() + pair[1].1.velocity.abs()) / 2.0 * time;
+            way += (pair[1].1.pose.position - pair[0].1.pose.position).norm();
+            seconds += time;
+        }
         if seconds > 0.0 {
-            (to.1.pose.position - from.1.pose.position).norm() / seconds
+            (told / seconds, way / seconds)
         } else {
-            self.speed(place)
+            (self.speed(place), self.speed(place))
         }
     }
 
-    /// The part between the first and the last place whose recorded speed is that by places, where half of the change or more
-    /// is by places, too: simulators tell speeds along a lane, and the body cuts its curve.
+    /// The part between the first and the last place around which recorded speeds are those by places, where two fifths of the
+    /// change or more is by places, too: simulators tell speeds along a lane, and the body cuts its curve.
     fn driven(&self, (from, to): Part) -> Option<Part> {
         let is_driven = |place: &usize| {
-            let (told, driven) = (self.speed(*place), self.speed_by_places(*place));
+            let (told, driven) = self.speeds_around(*place);
             (told - driven).abs() <= NOTABLE + AS_RECORDED * told
         };
         let first = (from..=to).find(is_driven)?;
         let last = (first..=to).rev().find(is_driven)?;
-        let told = self.speed(last) - self.speed(first);
-        let driven = self.speed_by_places(last) - self.speed_by_places(first);
-        (first < last && driven / told >= 0.5).then_some((first, last))
+        let (before, after) = (self.speeds_around(first), self.speeds_around(last));
+        let share = (after.1 - before.1) / (after.0 - before.0);
+        (first < last && share >= 0.4).then_some((first, last))
     }
 
     /// By how much recorded speeds between two steps are off those by places, where that is much, m/s.
     pub fn off(&self, (from, to): (i64, i64)) -> Option<f64> {
         let places = (0..self.all.len()).filter(|place| (from..=to).contains(&self.all[*place].0));
         let off = places.filter_map(|place| {
-            let (told, driven) = (self.speed(place), self.speed_by_places(place));
+            let (told, driven) = self.speeds_around(place);
             let off = (told - driven).abs();
             (off >= FAR_OFF.max(0.3 * told)).then_some(off)
         });
@@ -526,7 +531,7 @@ fn trimmed(values: &[f64], (from, to): Part) -> Option<Part> {
 
 /// Whether who has up to such a speed does more than keep on where it changes by so much, m/s.
 pub(super) fn is_change(by: f64, high: f64) -> bool {
-    by >= NOTABLE.max(0.1 * high)
+    by >= NOTABLE.max(0.08 * high)
 }
 
 #[cfg(test)]

@@ -125,7 +125,7 @@ pub enum Fact {
         place: Direction,
         /// Where the other moves to.
         course: Course,
-        /// Where it moves to after it stood.
+        /// Where it moves to after it stood or crept, if that is elsewhere.
         later: Option<Course>,
     },
     /// What one does.
@@ -324,17 +324,18 @@ impl<'c, 's> Telling<'c, 's> {
         }]
     }
 
-    /// Where one moves to that stood at a step.
+    /// Where one moves to later that stands or creeps at a step, if that is elsewhere.
     fn later_course(&self, first: i64, encounter: &Encounter<'_>) -> Option<Course> {
-        if self.course(first, encounter) != Course::Stands {
+        if encounter.other.velocity.abs() >= CREEPING {
             return None;
         }
+        let before = self.course(first, encounter);
         let mut courses = self.window.steps().filter_map(|step| {
             // Its way is seen once it moves.
             self.other.next_way(step)?;
             Some(self.course(step, &self.encounter(step)?))
         });
-        courses.find(|course| *course != Course::Stands)
+        courses.find(|course| *course != Course::Stands && *course != before)
     }
 
     /// Where the other moves to at a step, as seen from the ego.
@@ -373,8 +374,7 @@ impl<'c, 's> Telling<'c, 's> {
             told.extend(self.keeps_on(&self.other, (self.window.first(), self.window.last())));
         }
         let told = told.iter().map(|doing| self.does(Who::Other, doing));
-        let off = self.speeds_off(Who::Other, &self.other);
-        told.chain(pass).chain(off).collect()
+        told.chain(pass).collect()
     }
 
     /// The steps in which what goes on tells most.
@@ -420,15 +420,20 @@ impl<'c, 's> Telling<'c, 's> {
     /// The speeds of one who does nothing else, if it moves.
     fn keeps_on(&self, drive: &Drive, steps: (i64, i64)) -> Option<Doing> {
         let (low, high) = drive.speeds(steps);
-        let is_told = high >= STANDING && steps.0 < steps.1 && !is_change(high - low, high);
+        let is_steady = high < CREEPING || !is_change(high - low, high);
+        let is_told = high >= STANDING && steps.0 < steps.1 && is_steady;
         let action = Action::KeepOn { low, high };
         is_told.then_some(Doing { steps, action })
     }
 
     /// That recorded speeds are not those of the places.
-    fn speeds_off(&self, who: Who, drive: &Drive) -> Option<Fact> {
-        let by = drive.off((self.window.first(), self.window.last()))?;
-        Some(Fact::SpeedsOff { who, by })
+    fn speeds_off(&self) -> impl Iterator<Item = Fact> {
+        let steps = (self.window.first(), self.window.last());
+        let drives = [(Who::Other, &self.other), (Who::Ego, &self.ego)].into_iter();
+        drives.filter_map(move |(who, drive)| {
+            let by = drive.off(steps)?;
+            Some(Fact::SpeedsOff { who, by })
+        })
     }
 
     /// How near they come.
@@ -448,7 +453,8 @@ impl<'c, 's> Telling<'c, 's> {
                 closing_speed: contact.closing_speed,
                 is_possible: contact.is_possible,
             };
-            return short.into_iter().chain([contact]).collect();
+            let facts = short.into_iter().chain([contact]);
+            return facts.chain(self.speeds_off()).collect();
         }
         let told = self.window.steps();
         let all = self.common.first().zip(self.common.last());
@@ -478,6 +484,7 @@ impl<'c, 's> Telling<'c, 's> {
                 is_outside,
             }
         }));
+        facts.extend(self.speeds_off());
         facts
     }
 
@@ -516,17 +523,18 @@ impl<'c, 's> Telling<'c, 's> {
                 facts.extend(short.and_then(|short| self.reaction(doing.steps.0, short)));
             }
         }
-        facts.extend(self.speeds_off(Who::Ego, &self.ego));
         facts
     }
 
-    /// That the ego moves and does not brake while the time to collision is short, nor shortly before; or how it goes on
-    /// where nothing of that time is told.
+    /// That the ego moves and does not brake for what is not behind it while the time to collision is short, nor shortly
+    /// before; or how it goes on where nothing of that time is told.
     fn no_answer(&self, told: &[Doing], (since, until): (i64, i64)) -> Option<Doing> {
         let around = (since - self.count(SHORTLY), until);
         let is_long = until - since >= self.count(WHILE);
         let moves = self.ego.speeds((since, until)).1 >= STANDING;
-        if is_long && moves && self.ego.loss(around) < NOTABLE {
+        let place = self.encounter(since).map(|e| e.relation().direction);
+        let is_behind = place.is_none_or(Direction::is_behind);
+        if is_long && moves && !is_behind && self.ego.loss(around) < NOTABLE {
             let (steps, action) = ((since, until), Action::NotBrake);
             return Some(Doing { steps, action });
         }

@@ -296,10 +296,10 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
         }
         Fact::SpeedsOff { who, by } => {
             let whose = match who {
-                Who::Ego => "the ego's",
-                Who::Other => "its",
+                Who::Ego => "the ego",
+                Who::Other => subject,
             };
-            format!("{whose} recorded speeds are off those by its places by up to {by:.1} m/s")
+            format!("recorded speeds of {whose} are off those by its places by up to {by:.1} m/s")
         }
     }
 }
