@@ -36,6 +36,9 @@ const BACK: f64 = 2.356;
 /// A turn to one side ends where the heading goes back by more, radians: 5°.
 const SWAY: f64 = 0.087;
 
+/// Who turns more slowly follows a bend, rad/s: 5°/s.
+const BEND: f64 = 0.087;
+
 /// A rise, a fall or a turn ends with a pause of so many seconds.
 const PAUSE: f64 = 2.0;
 
@@ -69,7 +72,7 @@ pub enum Action {
         /// Speed at the end, m/s.
         to_speed: f64,
     },
-    /// Its heading changes by 15° or more.
+    /// Its heading changes by 15° or more, with 5°/s or more.
     Turn {
         /// To the left; negative to the right.
         degrees: f64,
@@ -287,7 +290,10 @@ impl Drive {
                 from.saturating_sub(second),
                 (to + second).min(ways.len() - 1),
             );
-            let is_turn = turned(leg).abs() >= TURN && ways[around.1] - ways[around.0] >= LEAST_WAY;
+            let seconds = (self.all[to].0 - self.all[from].0) as f64 * self.dt;
+            let is_turn = turned(leg).abs() >= TURN
+                && turned(part).abs() >= BEND * seconds
+                && ways[around.1] - ways[around.0] >= LEAST_WAY;
             let degrees = turned(part).to_degrees();
             is_turn.then(|| self.doing(part, Action::Turn { degrees }))
         });
