@@ -428,8 +428,15 @@ impl Pair {
                 self.holds(&format!("nearer at {nearer:?}"), nearer.is_none());
                 self.place("nearest", step, place);
             }
+            Fact::Uncertain { overlap } => {
+                self.holds(
+                    &format!("an overlap of {overlap:.2} m"),
+                    (0.0..0.5).contains(&overlap),
+                );
+            }
             Fact::SpeedsOff { who, by } => {
-                let steps = self.step(self.span.0)..=self.step(self.span.1);
+                // Of one that stands, what it did 5 s before, too.
+                let steps = self.step(self.span.0 - 5.0)..=self.step(self.span.1);
                 let all = self.of(who);
                 let off = steps.filter_map(|step| {
                     Some((at(all, step)?.speed.abs() - speed(all, step, self.dt)?).abs())

@@ -104,12 +104,7 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
 
 /// Why bodies that come so near that evenly joined steps let them overlap have no contact.
 fn uncertain(scene: &Scene, nearest: &History<'_>) -> String {
-    let step = nearest.nearest_step;
-    let overlap = |step| Contact::uncertain_overlap(scene, &nearest.participant, step);
-    let deepest = [step - 1, step]
-        .into_iter()
-        .filter_map(overlap)
-        .reduce(f64::max);
+    let deepest = Contact::uncertain_overlap(scene, &nearest.participant, nearest.nearest_step);
     deepest.map_or(String::new(), |overlap| {
         format!(
             " Between the steps around it, straight ways would overlap by {}, less than the recording leaves uncertain there: no contact.",

@@ -67,10 +67,15 @@ impl Contact {
         steps.contact(&there, step.checked_sub(1).and_then(there), here)
     }
 
-    /// How far the bodies would overlap on the way from a step to the next one, metres, where that is no contact: a
-    /// recording does not tell the way between its steps so exactly.
+    /// How far the bodies would overlap at most between a step and those before and after it, metres, where that is no
+    /// contact: a recording does not tell the way between its steps so exactly.
     #[must_use]
     pub fn uncertain_overlap(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<f64> {
+        let overlaps = [step - 1, step].map(|step| Self::uncertain_after(scene, other, step));
+        overlaps.into_iter().flatten().reduce(f64::max)
+    }
+
+    fn uncertain_after(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<f64> {
         if Self::at(scene, other, step + 1).is_some() {
             return None;
         }

@@ -13,7 +13,9 @@ use std::ops::RangeInclusive;
 use nearmiss_base::geometry::angle_between;
 use serde::Serialize;
 
-use crate::metrics::{Context, CriticalMoment, Direction, Encounter, Headline, Measure, measure};
+use crate::metrics::{
+    Contact, Context, CriticalMoment, Direction, Encounter, Headline, Measure, measure,
+};
 use crate::scenario::{ObstacleType, Track, Window};
 pub use actions::{Action, Beside};
 use actions::{Doing, Drive, NOTABLE, is_change};
@@ -175,6 +177,8 @@ pub enum Fact {
         time: f64,
         /// The speed of one relative to the other.
         closing_speed: f64,
+        /// The same by their places, where recorded speeds are far off these.
+        by_places: Option<f64>,
         /// Whether what is touched is a region that the other may be in.
         is_possible: bool,
     },
@@ -189,6 +193,11 @@ pub enum Fact {
         place: Direction,
         /// Whether that is outside of the time of the story: of the whole recording.
         is_outside: bool,
+    },
+    /// Between the steps around the smallest distance, straight ways would overlap by less than is certain there.
+    Uncertain {
+        /// By so much.
+        overlap: f64,
     },
     /// Recorded speeds of one in the time of the story are far off those by its places.
     SpeedsOff {
@@ -390,13 +399,23 @@ impl<'c, 's> Telling<'c, 's> {
         (seconds / self.context.scene().scenario.dt()).round() as i64
     }
 
-    /// What most there is to tell of what one does in the time of the story, in its order. Of who stands or creeps all along
-    /// also what it did as long before.
+    /// The steps of which it is told what one does: also the time before of who stands or creeps all along.
+    fn told_steps(&self, drive: &Drive) -> (i64, i64) {
+        let (first, last) = (self.window.first(), self.window.last());
+        let creeps = drive.speeds((first, last)).1 < CREEPING;
+        (
+            if creeps {
+                first - self.count(BEFORE)
+            } else {
+                first
+            },
+            last,
+        )
+    }
+
+    /// What most there is to tell of what one does in the time of the story, in its order.
     fn actions(&self, drive: &Drive, late: (i64, i64)) -> Vec<Doing> {
-        let (mut first, last) = (self.window.first(), self.window.last());
-        if drive.speeds((first, last)).1 < CREEPING {
-            first -= self.count(BEFORE);
-        }
+        let (first, last) = self.told_steps(drive);
         let is_told = |doing: &&Doing| {
             let (from, to) = doing.steps;
             from <= last && (from >= first || to - first >= self.count(WHILE))
@@ -426,12 +445,22 @@ impl<'c, 's> Telling<'c, 's> {
         is_told.then_some(Doing { steps, action })
     }
 
+    /// How fast one moves relative to the other on the way to a step by their places, where recorded speeds are far off.
+    fn closing_by_places(&self, step: i64) -> Option<f64> {
+        self.speeds_off().next()?;
+        let between = |step| {
+            let encounter = self.encounter(step)?;
+            Some(encounter.other.pose.position - encounter.ego.pose.position)
+        };
+        let way = between(step)? - between(step - 1)?;
+        Some(way.norm() / self.context.scene().scenario.dt())
+    }
+
     /// That recorded speeds are not those of the places.
     fn speeds_off(&self) -> impl Iterator<Item = Fact> {
-        let steps = (self.window.first(), self.window.last());
         let drives = [(Who::Other, &self.other), (Who::Ego, &self.ego)].into_iter();
         drives.filter_map(move |(who, drive)| {
-            let by = drive.off(steps)?;
+            let by = drive.off(self.told_steps(drive))?;
             Some(Fact::SpeedsOff { who, by })
         })
     }
@@ -451,6 +480,7 @@ impl<'c, 's> Telling<'c, 's> {
             let contact = Fact::Contact {
                 time: touched,
                 closing_speed: contact.closing_speed,
+                by_places: self.closing_by_places(contact.step),
                 is_possible: contact.is_possible,
             };
             let facts = short.into_iter().chain([contact]);
@@ -484,6 +514,11 @@ impl<'c, 's> Telling<'c, 's> {
                 is_outside,
             }
         }));
+        let step = self.lowest(&told, distance).map(|(step, _)| step);
+        let participant = &self.context.participants()[self.participant];
+        let scene = self.context.scene();
+        let overlap = step.and_then(|step| Contact::uncertain_overlap(scene, participant, step));
+        facts.extend(overlap.map(|overlap| Fact::Uncertain { overlap }));
         facts.extend(self.speeds_off());
         facts
     }
@@ -529,12 +564,16 @@ impl<'c, 's> Telling<'c, 's> {
     /// That the ego moves and does not brake for what is not behind it while the time to collision is short, nor shortly
     /// before; or how it goes on where nothing of that time is told.
     fn no_answer(&self, told: &[Doing], (since, until): (i64, i64)) -> Option<Doing> {
-        let around = (since - self.count(SHORTLY), until);
         let is_long = until - since >= self.count(WHILE);
         let moves = self.ego.speeds((since, until)).1 >= STANDING;
         let place = self.encounter(since).map(|e| e.relation().direction);
         let is_behind = place.is_none_or(Direction::is_behind);
-        if is_long && moves && !is_behind && self.ego.loss(around) < NOTABLE {
+        let brakes = self.ego.doings.iter().any(|doing| {
+            let (from, to) = doing.steps;
+            let is_near = from <= until && to > since - self.count(SHORTLY);
+            is_near && matches!(doing.action, Action::Brake { .. })
+        });
+        if is_long && moves && !is_behind && !brakes && self.ego.loss((since, until)) < NOTABLE {
             let (steps, action) = ((since, until), Action::NotBrake);
             return Some(Doing { steps, action });
         }
@@ -550,7 +589,7 @@ impl<'c, 's> Telling<'c, 's> {
         let is_reaction = is_while(self.time(since), self.time(step))
             && step <= until
             && step > self.window.first()
-            && self.ego.loss((since - self.count(SHORTLY), step)) < SLOWED;
+            && self.ego.loss((since, step)) < NOTABLE;
         is_reaction.then(|| self.short_ttc(since, until))
     }
 

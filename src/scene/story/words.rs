@@ -167,10 +167,12 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
                 Course::Region | Course::Stands => String::new(),
                 _ => format!(" with {other_speed:.1} m/s"),
             };
+            // Who creeps soon goes another way.
+            let creeps = if later.is_some() { "creeps" } else { "moves" };
             let later = later.map_or(String::new(), |later| {
                 format!(" and then {}", moves(later, place))
             });
-            let moves = moves(course, place);
+            let moves = moves(course, place).replace("moves", creeps);
             let there = match place {
                 Direction::Contact => side(place).into(),
                 place => format!("{distance:.1} m away {}", side(place)),
@@ -246,11 +248,11 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
             } else {
                 ""
             };
-            format!("the time to collision is lowest{whole} at {time:.1} s{last}: {seconds}")
+            format!("their time to collision is lowest{whole} at {time:.1} s{last}: {seconds}")
         }
         Fact::ShortTtc { time, .. } => match facts {
             [Fact::ShortTtc { .. }, ..] => {
-                format!("the time to collision stays at most 3 s from {time:.1} s on")
+                format!("their time to collision stays at most 3 s from {time:.1} s on")
             }
             _ => {
                 let late = facts.iter().find_map(|fact| match fact {
@@ -262,7 +264,7 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
                     _ => None,
                 });
                 format!(
-                    "{:.1} s after the time to collision fell to 3 s or less at {time:.1} s",
+                    "{:.1} s after their time to collision last fell to 3 s or less at {time:.1} s",
                     late.unwrap_or_default()
                 )
             }
@@ -271,6 +273,7 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
         Fact::Contact {
             time,
             closing_speed,
+            by_places,
             is_possible,
         } => {
             let touch = if is_possible { "may touch" } else { "touch" };
@@ -279,7 +282,10 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
                 "0.0" => String::new(),
                 speed => format!(", with {speed} m/s relative to each other"),
             };
-            format!("at {time:.1} s they {touch}{speed}")
+            let by_places = by_places.map_or(String::new(), |speed| {
+                format!(" as recorded and {speed:.1} m/s by places")
+            });
+            format!("at {time:.1} s they {touch}{speed}{by_places}")
         }
         Fact::Nearest {
             time,
@@ -294,6 +300,10 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
                 format!("they are nearest at {time:.1} s: {distance}, with {subject} {place}")
             }
         }
+        Fact::Uncertain { overlap } => format!(
+            "between the steps around it straight ways would overlap by {}, less than is certain there",
+            least(overlap, "m", 2)
+        ),
         Fact::SpeedsOff { who, by } => {
             let whose = match who {
                 Who::Ego => "the ego",

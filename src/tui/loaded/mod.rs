@@ -25,7 +25,7 @@ use nearmiss_scene::metrics::{
     self, Contact, Context, CriticalMoment, Grade, Headline, Measure, Reading, SCENE_MEASURES,
     Series, Thresholds, measures,
 };
-use nearmiss_scene::scenario::{Scenario, Scene, Severity, Transform};
+use nearmiss_scene::scenario::{EgoSource, Scenario, Scene, Severity, Transform};
 use nearmiss_study::evaluation::ScenePicture;
 use nearmiss_workflow::{MissingEgo, OpenRequest, OpenedScene, StandIn, VariantOrigin, open};
 use strum::{IntoStaticStr, VariantArray};
@@ -201,9 +201,13 @@ impl Opened {
     /// Seconds from the first of these steps to the last.
     #[must_use]
     pub fn seconds(&self) -> f64 {
-        let steps = self.steps();
-        (steps.end - 1 - steps.start).max(0) as f64 * self.scenario.dt()
+        seconds(self.steps(), &self.scenario)
     }
+}
+
+/// Seconds from the first of these steps to the last.
+fn seconds(steps: std::ops::Range<i64>, scenario: &Scenario) -> f64 {
+    (steps.end - 1 - steps.start).max(0) as f64 * scenario.dt()
 }
 
 /// The shown measures of a scene, and what is most dangerous in it.
@@ -240,12 +244,46 @@ fn ranking(headline: &Headline, series: &Series) -> Vec<i64> {
 pub struct Ranked {
     /// The most dangerous value of the measure; nothing without one, or without an ego.
     pub value: Option<f64>,
-    /// What matters with the planner's ego, where none is recorded, and how long its drive is, seconds.
-    pub planned: Option<(Headline, f64)>,
+    /// What matters with the ego that stands in, where none is recorded.
+    pub stand_in: Option<StandInEgo>,
+}
+
+/// What the list says of an ego that stands in for one that is not recorded.
+#[derive(Debug, Clone)]
+pub struct StandInEgo {
+    /// The obstacle; `None` for a planned drive.
+    pub obstacle: Option<i64>,
+    /// What matters with it.
+    pub headline: Headline,
+    /// How long its motion is, seconds.
+    pub seconds: f64,
+}
+
+impl StandInEgo {
+    /// That of an opened scenario; `None` where its ego was recorded, or there is none.
+    #[must_use]
+    pub fn of(opened: &Opened) -> Option<Self> {
+        let headline = opened.headline.clone()?;
+        Self::new(opened.scene.as_deref()?, headline)
+    }
+
+    fn new(scene: &Scene, headline: Headline) -> Option<Self> {
+        let obstacle = match scene.ego.source {
+            EgoSource::Obstacle(id) => Some(id),
+            EgoSource::Planned { .. } => None,
+            _ => return None,
+        };
+        Some(Self {
+            obstacle,
+            headline,
+            seconds: seconds(scene.steps(), &scene.scenario),
+        })
+    }
 }
 
 impl Ranked {
-    /// That of a scenario with this ego; without a recorded one, the planner drives its planning problem.
+    /// That of a scenario with this ego; without a recorded one, the planner drives its planning problem, else an
+    /// obstacle stands in.
     #[must_use]
     pub fn read(
         entry: &Entry,
@@ -264,9 +302,7 @@ impl Ranked {
         let Ok(opened) = open(&request) else {
             return Self::default();
         };
-        // Without a planning problem an obstacle stands in, which the list does not show.
-        let aimless = opened.stands_in && opened.scenario.planning_problems.is_empty();
-        let Some(scene) = opened.scene.ok().filter(|_| !aimless) else {
+        let Ok(scene) = opened.scene else {
             return Self::default();
         };
         let context = Context::under(&scene, thresholds);
@@ -275,10 +311,10 @@ impl Ranked {
             let (_, value) = series.most_dangerous(measure.id)?;
             Some(value)
         });
-        let steps = scene.steps();
-        let seconds = (steps.end - 1 - steps.start).max(0) as f64 * opened.scenario.dt();
-        let planned = { opened.stands_in }.then(|| (Headline::from_context(&context), seconds));
-        Self { value, planned }
+        let stand_in = { opened.stands_in }
+            .then(|| StandInEgo::new(&scene, Headline::from_context(&context)))
+            .flatten();
+        Self { value, stand_in }
     }
 }
 

@@ -283,6 +283,12 @@ impl LastFrame {
         self.maps.borrow_mut().push(map);
     }
 
+    /// Whether there are two maps.
+    #[must_use]
+    pub fn has_second_map(&self) -> bool {
+        self.maps.borrow().iter().any(|map| map.second)
+    }
+
     /// There was no room for a second map.
     pub fn set_cramped(&self) {
         self.cramped.set(true);

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
-use nucleo_matcher::{Config, Matcher};
+use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
+use nucleo_matcher::{Config, Matcher, Utf32Str};
 
 use crate::action::{ACTIONS, Action, Entry, synonyms_of};
 use crate::model::{Model, Order};
@@ -154,21 +154,50 @@ pub fn templates_shown(model: &Model, picker: &Picker) -> Vec<String> {
     order.into_iter().map(|i| all[i].0.clone()).collect()
 }
 
-/// Places of the texts that match, the best first; all of them for an empty pattern.
+/// Places of the texts that match, the best first; all of them for an empty pattern. Letters that only stand in order
+/// match where no text has the words as parts, as in the filter of the list.
 #[must_use]
 pub fn matching(pattern: &str, texts: impl Iterator<Item = String>) -> Vec<usize> {
+    let texts: Vec<String> = texts.collect();
     let mut matcher = Matcher::new(Config::DEFAULT);
-    let parsed = Pattern::parse(pattern, CaseMatching::Smart, Normalization::Smart);
     let mut buffer = Vec::new();
-    let mut scored: Vec<(u32, usize)> = texts
-        .enumerate()
-        .filter_map(|(i, text)| {
-            let text = nucleo_matcher::Utf32Str::new(&text, &mut buffer);
-            parsed.score(text, &mut matcher).map(|score| (score, i))
-        })
-        .collect();
+    let mut score = |parsed: Pattern| -> Vec<(u32, usize)> {
+        let texts = texts.iter().enumerate();
+        texts
+            .filter_map(|(i, text)| {
+                let text = Utf32Str::new(text, &mut buffer);
+                parsed.score(text, &mut matcher).map(|score| (score, i))
+            })
+            .collect()
+    };
+    let (case, form) = (CaseMatching::Smart, Normalization::Smart);
+    let mut scored = score(Pattern::new(pattern, case, form, AtomKind::Substring));
+    if scored.is_empty() {
+        scored = score(Pattern::parse(pattern, case, form));
+    }
     if !pattern.is_empty() {
         scored.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
     }
     scored.into_iter().map(|(_, i)| i).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Picker, orders_shown};
+
+    #[test]
+    fn scattered_letters_match_only_where_no_word_does() {
+        let shown = |text: &str| {
+            let picker = Picker {
+                text: text.into(),
+                selected: 0,
+            };
+            let orders = orders_shown(&picker).into_iter();
+            orders.map(|order| order.id()).collect::<Vec<_>>()
+        };
+        let orders = shown("ttc");
+        assert_eq!(orders[0], "ttc");
+        assert!(orders.iter().all(|id| id.contains("ttc")), "{orders:?}");
+        assert!(shown("svrt").contains(&"severity"));
+    }
 }

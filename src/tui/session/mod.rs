@@ -78,8 +78,9 @@ pub struct SavedScenario {
     pub scenario: SavedLocation,
     /// The obstacle that was taken as its ego.
     pub ego: Option<i64>,
-    /// The time step.
-    pub step: i64,
+    /// The time step; none where a variant was open, which has steps of its own: then the scenario opens anew.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<i64>,
     /// The picked obstacle.
     pub picked: Option<i64>,
     /// The step that the second map was pinned to.

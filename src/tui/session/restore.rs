@@ -47,7 +47,8 @@ pub fn capture(model: &Model) -> Session {
         marks,
         sizes: model.look.sizes,
         layers: model.map.layers.clone(),
-        split_map: model.map.second.on,
+        // Beside a variant it showed what does not come back.
+        split_map: model.map.second.on && model.variant().is_none(),
         experiments: model.experiment.recent.clone(),
         index: index_of(model),
         opened: opened_of(model).or_else(|| model.recall.wanted.clone()),
@@ -82,7 +83,7 @@ fn opened_of(model: &Model) -> Option<SavedScenario> {
     Some(SavedScenario {
         scenario: lies(model, entry),
         ego: model.taken,
-        step: model.clock.step(),
+        step: model.variant().is_none().then(|| model.clock.step()),
         picked: model.picked,
         pinned: model.map.second.pinned,
         camera: View {
@@ -261,7 +262,10 @@ pub fn opened(model: &mut Model) {
     let Some(wanted) = model.recall.wanted.take() else {
         return;
     };
-    model.clock.go(wanted.step);
+    let Some(step) = wanted.step else {
+        return;
+    };
+    model.clock.go(step);
     let there = |id: &i64| {
         let opened = model.opened.as_ref();
         opened.is_some_and(|opened| opened.scenario.obstacle(*id).is_some())

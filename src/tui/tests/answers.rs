@@ -568,7 +568,7 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
     };
     let names = ["gemini", "openai", "deepse"];
     shows(&bench, &names);
-    shows(&bench, &["imported", "all", "base", "unknown"]);
+    shows(&bench, &["imported", "cp+cot+icl", "base", "unknown"]);
     bench.press("] ] ] ] ] ] ] ]");
     shows(&bench, &["cart", "cot"]);
     // Asked as it would be asked now, one of each model.

@@ -15,7 +15,7 @@ use crate::features::generation::request::write;
 use crate::features::scenarios::request::{Find, Found, Rank, Survey};
 use crate::features::scenarios::saved_views::ListViews;
 use crate::features::scenarios::tags::{ScenarioTags, TagsScreen};
-use crate::loaded::{Facts, GenerationStage, Opened, Ranked, Verdicts};
+use crate::loaded::{Facts, GenerationStage, Opened, Ranked, StandInEgo, Verdicts};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{Grouping, JobState, OpenId, Order, Pane};
 use crate::tests::bench::{self, Bench};
@@ -326,10 +326,17 @@ fn for_an_order_by_danger_the_planner_drives_who_has_no_ego() {
     let asked: Vec<_> = asked.flatten().map(|(place, _)| *place).collect();
     assert_eq!(asked, [0, 5], "once");
     assert_eq!(bench.model.list.opened, opened, "not all is known yet");
-    let planned = headline.map(|headline| (headline, 3.0));
+    assert!(said(&bench).contains("until the planner has driven them"));
+    let frame = bench.frame(160, 45);
+    assert!(frame.contains("no ego in 2: the planner drives"), "{frame}");
+    let stand_in = headline.map(|headline| StandInEgo {
+        obstacle: None,
+        headline,
+        seconds: 3.0,
+    });
     let found = Ranked {
         value: None,
-        planned,
+        stand_in,
     };
     bench.send(Msg::reply::<Rank>(("severity", 0, found)));
     bench.send(Msg::reply::<Rank>(("severity", 5, Ranked::default())));
@@ -338,6 +345,13 @@ fn for_an_order_by_danger_the_planner_drives_who_has_no_ego() {
     assert!(!list.rows[0].lacks_ego() && list.rows[5].lacks_ego());
     assert_eq!(list.visible.last(), Some(&5));
     assert_eq!(list.opened, Some(list.visible[0]));
+    // The row keeps the reason for its place.
+    bench.model.zoomed = true;
+    let frame = bench.frame(200, 60);
+    let row = frame.lines().find(|line| line.contains(" planned "));
+    let has_reason = |row: &str| row.contains("hit 10.0 m/s") && row.contains(" 0X");
+    assert!(row.is_some_and(has_reason), "{frame}");
+    assert!(frame.contains("no ego in 1 "), "{frame}");
 }
 
 #[test]
@@ -668,7 +682,7 @@ fn a_saved_variant_has_its_original_beside_it_and_opens_it() {
     bench.press("space g v");
     let words = bench.frame(100, 60);
     for part in [
-        "an ideal driver avoids it, with up to ",
+        "an ideal driver avoids it",
         "a saved variant: ",
         "Space g o",
         "it passed the gate",

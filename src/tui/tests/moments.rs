@@ -356,7 +356,10 @@ fn without_room_there_is_one_map_and_that_is_said_once() {
     bench.press("right");
     let frame = drawn(&mut bench, (80, 24));
     assert_eq!(said(&bench), "", "once");
-    assert!(!frame.contains("contact · "), "{frame}");
+    assert!(
+        !frame.contains("contact · ") && !frame.contains('◆'),
+        "{frame}"
+    );
     // Its pane alone has the room.
     bench.press("tab z");
     let frame = drawn(&mut bench, (80, 24));

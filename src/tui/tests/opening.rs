@@ -177,6 +177,34 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
 }
 
 #[test]
+fn without_a_planning_problem_the_list_agrees_with_the_obstacle_that_stands_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("aimless.xml");
+    let source =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_Merge-1_1_T-1.xml");
+    let text = std::fs::read_to_string(source).unwrap();
+    let (before, _) = text.split_once("<planningProblem").unwrap();
+    std::fs::write(&path, format!("{before}</commonRoad>")).unwrap();
+    let entry = Entry::of_file(&path);
+    let mut bench = Bench::empty();
+    bench.send(Msg::reply::<Find>(Found::All(Ok(vec![entry].into()))));
+    let facts = crate::loaded::Facts {
+        obstacles: 9,
+        ..crate::loaded::Facts::default()
+    };
+    bench.send(Msg::reply::<Survey>((0, Ok(facts))));
+    let ego = bench.model.scene().unwrap().ego.id;
+    let frame = bench.frame(160, 45);
+    let row = frame.lines().find(|line| line.contains("▸ ")).unwrap();
+    assert!(row.contains(&format!(" {ego} as ego ")), "{frame}");
+    assert!(!frame.contains("no ego in"), "{frame}");
+    assert_eq!(
+        bench.model.list.rows[0].headline(),
+        bench.model.opened.as_ref().unwrap().headline.as_ref()
+    );
+}
+
+#[test]
 fn what_cannot_be_the_ego_changes_nothing_but_is_said() {
     let mut bench = Bench::bundled();
     bench.press("x");

@@ -2,6 +2,7 @@
 
 use crate::tests::answers::asking;
 use crate::tests::bench::{self, Bench, answer, no_verdict};
+use crate::tests::side_by_side::sized;
 use nearmiss_ask::llm::{Chunk, ToolCall, ToolRound, ToolTurn};
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::{Event, JudgeOutcome, MissingVerdict};
@@ -167,6 +168,28 @@ fn the_text_goes_to_the_claim_that_is_picked() {
         let lines = pane(&bench);
         let seen = place(&lines, &words[..20]).is_some();
         assert!(seen, "{words}: {lines:#?}");
+    }
+}
+
+#[test]
+fn in_a_low_pane_the_sentence_of_a_claim_begins_in_sight() {
+    let mut bench = sized(asking(), 80, 24);
+    let (id, _) = bench.asked();
+    let text = format!(
+        "{}- Car 301 is at a distance of 994.60 m at step 20.\n- Car 302 is at a distance of 997.50 m at step 20.\n",
+        "Nothing else matters here.\n\n".repeat(20)
+    );
+    let mut said = no_verdict("lab/a", &text);
+    said.reasoning.clear();
+    bench.send(bench::answered(id, Ok(Box::new(said))));
+    bench.frame(80, 24);
+    for (begin, claim) in [("Car 301", "994.60 m≠"), ("Car 302", "997.50 m≠")] {
+        bench.press(")");
+        let frame = bench.frame(80, 24);
+        let lines: Vec<String> = frame.lines().map(str::to_string).collect();
+        let begin = place(&lines, begin);
+        assert!(begin.is_some(), "{frame}");
+        assert_eq!(place(&lines, claim), begin.map(|at| at + 1), "{frame}");
     }
 }
 

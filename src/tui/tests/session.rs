@@ -129,7 +129,7 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
     let opened = crate::session::SavedScenario {
         scenario: crate::session::SavedLocation::File("/here/a/three.xml".into()),
         ego: None,
-        step: 3,
+        step: Some(3),
         picked: None,
         pinned: None,
         camera: crate::session::View {
@@ -248,7 +248,7 @@ fn nonsense_in_a_session_changes_nothing() {
     odd.sort = ("colour".into(), true);
     odd.focus = "timeline".into();
     let opened = odd.opened.as_mut().unwrap();
-    opened.step = i64::MAX;
+    opened.step = Some(i64::MAX);
     opened.camera.cell = -3.0;
     opened.camera.center = [1e300, 0.0];
     let mut again = keeping(Bench::empty());

@@ -191,6 +191,32 @@ fn a_claim_far_down_a_paragraph_comes_into_sight() {
 }
 
 #[test]
+fn a_claim_in_wrapped_json_comes_into_sight() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let text = format!(
+        "{0}{{\n  \"collision\": false,\n  \"obstacles\": [\n    {{\"id\": 301, \"risk_score\": 2, \"reason\": \"{1}\
+         Obstacle 301 is at a distance of 999 m at step 20.\"}}\n  ]\n}}\n",
+        "Obstacle 302 is at a distance of 888 m at step 20.\n\n".repeat(9),
+        "Much is said. ".repeat(20)
+    );
+    let answers = vec![Answer {
+        run: Some(RunId(7)),
+        text,
+        reasoning: String::new(),
+        ..answer("lab/walrus", true, 301)
+    }];
+    bench.send(Msg::reply::<LoadStored>((of, answers)));
+    let mut bench = sized(bench, 80, 24);
+    bench.model.answers.show(ShownAnswer::Column(0));
+    bench.press("space o c");
+    bench.frame(80, 24);
+    bench.press("n n");
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("999 m≠"), "{frame}");
+}
+
+#[test]
 fn it_begins_at_the_answer_that_was_shown() {
     for column in 0..2 {
         let mut bench = sized(two(), 120, 40);

@@ -323,7 +323,7 @@ fn any_measure_is_plotted_for_chosen_obstacles() {
 fn valued(value: Option<f64>) -> Ranked {
     Ranked {
         value,
-        planned: None,
+        stand_in: None,
     }
 }
 

@@ -182,18 +182,32 @@ fn close_or_leave(model: &mut Model) -> Vec<Effect> {
     leave(model)
 }
 
-/// The key that quits the program: where something is paid for that has not arrived yet, or a draft could not be kept,
-/// it is asked again.
+/// The key that quits the program: where something is paid for that has not arrived yet, or a draft or variants would
+/// be lost, it is asked again.
 fn leave(model: &mut Model) -> Vec<Effect> {
     let lost = model.prompt.lost && !model.prompt.drafted().is_empty();
-    let (what, then) = match model.jobs.asking() {
-        0 if lost => ("the draft cannot be kept".to_string(), "quits without it"),
-        0 => return quit(model),
-        1 => ("1 question is running".to_string(), "cancels and quits"),
-        n => (format!("{n} questions are running"), "cancels and quits"),
+    let questions = match model.jobs.asking() {
+        0 => None,
+        1 => Some("1 question is running".to_string()),
+        n => Some(format!("{n} questions are running")),
     };
+    let variants = match model.generation.unsaved() {
+        0 => None,
+        1 => Some("1 variant is not saved".to_string()),
+        n => Some(format!("{n} variants are not saved")),
+    };
+    let then = match (&questions, model.generation.unsaved()) {
+        (Some(_), _) => "cancels and quits",
+        (None, 0 | 1) => "quits without it",
+        (None, _) => "quits without them",
+    };
+    let draft = lost.then(|| "the draft cannot be kept".to_string());
+    let what: Vec<String> = [questions, draft, variants].into_iter().flatten().collect();
+    if what.is_empty() {
+        return quit(model);
+    }
     let key = model.look.key(Action::Quit);
-    twice(model, format!("{what}; {key} again {then}"))
+    twice(model, format!("{}; {key} again {then}", what.join(", ")))
 }
 
 /// Quits on the second press within a while, and announces that on the first.

@@ -5,7 +5,7 @@ use crate::clock::Clock;
 use crate::features::experiment::ExperimentScreen;
 use crate::features::history::{self, HistoryScreen};
 use crate::features::{answers, generation, planner, timeline};
-use crate::loaded::Opened;
+use crate::loaded::{Opened, StandInEgo};
 use crate::message::Effect;
 use crate::model::{Column, Model, NEIGHBOURHOOD, Notice, OpenId, ShownAnswer, Values};
 use crate::request::{Replies, Request};
@@ -106,6 +106,14 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     if let (Some(id), false) = (ego, same_ego) {
         let back = model.look.key(Action::RecordedEgo);
         model.say(format!("{id} is the ego now; {back} goes back"));
+    }
+    // The list agrees with the obstacle that is the ego without being asked to; drives it learns of the planner.
+    let own_ego = opened.planned.is_none() && opened.variant.is_none() && opened.change.is_none();
+    if let Some(place) = model.list.opened.filter(|_| own_ego && ego.is_none()) {
+        let stands_in = StandInEgo::of(&opened);
+        if stands_in.is_some() {
+            model.list.stand_in(place, stands_in);
+        }
     }
     model.opened = Some(opened);
     if step.is_none() {

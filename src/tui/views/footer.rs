@@ -21,7 +21,12 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let width = area
         .width
         .saturating_sub(message.map_or(0, |message| message.columns_of_keys()));
-    let area = Rect { width, ..area };
+    let area = Rect {
+        y: area.bottom().saturating_sub(1),
+        width,
+        height: 1,
+        ..area
+    };
     let (hints, last) = hints(model, area.width);
     let width = |(keys, words): &Hint| keys.width() + words.width() + 3;
     let reserved: usize = last.iter().map(width).sum();

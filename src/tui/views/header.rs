@@ -9,7 +9,7 @@ use unicode_width::UnicodeWidthStr;
 use crate::action::Action;
 use crate::loaded::{Opened, VariantShown};
 use crate::model::{JobKind, Model, consequence_words};
-use crate::widgets::words::{fit, whole_parts};
+use crate::widgets::words::{fit, short_techniques, whole_parts};
 use nearmiss_drive::generation::Consequence;
 use nearmiss_drive::simulation::Outcome;
 use nearmiss_scene::judge;
@@ -90,7 +90,7 @@ fn asked(model: &Model, width: u16) -> String {
         ""
     };
     let techniques = with_tools(&model.techniques.to_string(), model.tools) + draft;
-    let all = techniques.replace("cp+cot+icl", "all");
+    let fewer = short_techniques(&techniques);
     let short = match task {
         "collision" => "coll.",
         task => task,
@@ -98,8 +98,8 @@ fn asked(model: &Model, width: u16) -> String {
     let (who, priced) = (asked_model(model, width), asked_at_price(model, width));
     let ways = [
         format!("{task} · {frame} · {techniques}"),
-        format!("{task} · {frame} · {all}"),
-        format!("{short} {frame} {all}"),
+        format!("{task} · {frame} · {fewer}"),
+        format!("{short} {frame} {fewer}"),
     ];
     let begun = [
         [running.as_slice(), &spent(model)].concat(),

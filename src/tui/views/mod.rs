@@ -31,6 +31,7 @@ fn everything(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         draw_too_small(frame, screen, model);
         return;
     };
+    let screen = toasts::make_room_below(&mut parts, screen, model);
     if model.compare.open {
         super::features::compare::draw::draw(frame, &parts, model);
         footer::draw(frame, parts.footer, model);

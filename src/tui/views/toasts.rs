@@ -33,7 +33,7 @@ pub struct BottomMessage {
     lines: Vec<String>,
     /// The columns that it takes.
     columns: u16,
-    /// Whether it stands above the line of keys.
+    /// Whether it stands above the line of keys, which has no room for it.
     above: bool,
 }
 
@@ -41,6 +41,15 @@ impl BottomMessage {
     /// How many columns of the line of keys it takes.
     pub fn columns_of_keys(&self) -> u16 {
         if self.above { 0 } else { self.columns }
+    }
+
+    fn rows(&self) -> u16 {
+        u16::try_from(self.lines.len()).unwrap_or(1)
+    }
+
+    /// How many rows it needs above the line of keys.
+    fn rows_above(&self) -> u16 {
+        self.rows().saturating_sub(u16::from(!self.above))
     }
 }
 
@@ -60,12 +69,27 @@ pub fn message(model: &Model, columns: u16) -> Option<BottomMessage> {
     let keys = if searching { SEARCH } else { KEYS };
     let beside = lines.len() == 1 && columns.saturating_sub(wanted) >= keys;
     let above = searching && !beside;
-    let whole = lines.len() > 1 || !(beside || above);
     Some(BottomMessage {
         lines,
-        columns: if whole { columns } else { wanted.min(columns) },
+        columns: if beside { wanted } else { columns },
         above,
     })
+}
+
+/// Takes the rows that the message needs above the line of keys off what is above; gives the rest of the screen.
+pub fn make_room_below(parts: &mut ScreenAreas, screen: Rect, model: &Model) -> Rect {
+    let rows = message(model, screen.width).map_or(0, |message| message.rows_above());
+    let footer = &mut parts.footer;
+    let lowest = parts.panes.iter_mut().map(|(_, pane)| pane);
+    for pane in lowest.filter(|pane| pane.bottom() == footer.y) {
+        pane.height = pane.height.saturating_sub(rows);
+    }
+    footer.y = footer.y.saturating_sub(rows);
+    footer.height += rows;
+    Rect {
+        height: screen.height.saturating_sub(rows),
+        ..screen
+    }
 }
 
 /// Whether a message may be shown.
@@ -83,17 +107,11 @@ pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
     let style = Style::new()
         .fg(model.theme.accent)
         .add_modifier(Modifier::BOLD);
-    let height = u16::try_from(message.lines.len()).unwrap_or(1);
-    let bottom = if message.above {
-        parts.footer.y
-    } else {
-        parts.footer.bottom()
-    };
     let area = Rect {
         x: parts.footer.right().saturating_sub(message.columns),
-        y: bottom.saturating_sub(height),
         width: message.columns,
-        height,
+        height: message.rows(),
+        ..parts.footer
     };
     let words = message.lines.iter();
     let lines = words.map(|line| Line::styled(format!(" {line}"), style));

@@ -13,6 +13,7 @@ use crate::theme::Theme;
 use crate::widgets::long_text::MarkedClaims;
 use crate::widgets::markdown::Piece;
 use crate::widgets::unbroken;
+use crate::widgets::words::fit;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
 
 /// The sign of a claim and its style.
@@ -143,6 +144,16 @@ fn signed(checked: &CheckedClaim, words: String, theme: &Theme) -> Line<'static>
     ])
 }
 
+/// A line of a claim in so many columns; truncation is marked.
+#[must_use]
+pub fn cut(mut line: Line<'static>, width: usize) -> Line<'static> {
+    let sign = line.spans.first().map_or(0, Span::width);
+    if let Some(words) = line.spans.get_mut(1) {
+        words.content = fit(&words.content, width.saturating_sub(sign)).into();
+    }
+    line
+}
+
 /// How many claims there are, how many hold, and how many sentences were not understood.
 #[must_use]
 pub fn summary(claims: &[CheckedClaim], unread: usize) -> String {
@@ -225,11 +236,11 @@ mod tests {
         };
         let mut reading = Reading::answer();
         reading.follow(document, &marks, 40, &theme);
-        let row = |claim: &CheckedClaim, reading: &Reading| {
+        let row = |claim: &CheckedClaim, reading: &mut Reading| {
             reading.row_of(claim.claim.span.end, &marks, &theme)
         };
         assert_eq!(
-            claims.each_ref().map(|c| row(c, &reading)),
+            claims.each_ref().map(|c| row(c, &mut reading)),
             [Some(1), Some(3)]
         );
         let (lines, _) = reading.seen(0, 9, &marks, &theme);
@@ -253,7 +264,7 @@ mod tests {
         );
         // Where a line is broken, the row is that of the claim.
         reading.follow(document, &marks, 9, &theme);
-        assert_eq!(row(&claims[0], &reading), Some(2));
+        assert_eq!(row(&claims[0], &mut reading), Some(2));
         assert_eq!(
             short_line(&claims[0], &theme).to_string(),
             "≠ 7: behind, actual front"

@@ -44,11 +44,14 @@ pub fn draw(
         let left = pad(left, width.saturating_sub(right.width() + 4));
         let sign = if i == picker.selected { "▸ " } else { "  " };
         if i == picker.selected
-            && (left.trim_end() != full_left.trim_end() || right.trim_end() != full_right)
+            && (left.trim_end() != full_left.trim_end()
+                || right.trim_end() != full_right.trim_end())
         {
-            let words = full_left.split_whitespace().collect::<Vec<_>>().join(" ");
-            let dot = if full_right.is_empty() { "" } else { " · " };
-            whole = Some(format!("{words}{dot}{full_right}"));
+            let sides = [full_left, full_right].map(|side| {
+                let words = side.split_whitespace();
+                words.collect::<Vec<_>>().join(" ")
+            });
+            whole = Some(whole_parts(sides.iter().map(String::as_str), usize::MAX));
         }
         let line = Line::from(vec![
             Span::raw(sign),

@@ -84,6 +84,12 @@ pub fn two_lines(text: &str, columns: usize) -> (Vec<String>, bool) {
     (lines.collect(), rest.len() > 1)
 }
 
+/// Techniques as they are called where there is little room.
+#[must_use]
+pub fn short_techniques(techniques: &str) -> String {
+    techniques.replace("cp+cot+icl", "cp…icl")
+}
+
 /// Parts with dots between them, as many as there is room for: each whole, but the first, which is cut.
 #[must_use]
 pub fn whole_parts<'a>(parts: impl IntoIterator<Item = &'a str>, room: usize) -> String {

@@ -31,6 +31,15 @@ const CALLED: &[&str] = &[
     "pedestrian",
     "bicycle",
     "motorcycle",
+    "bus",
+    "taxi",
+    "train",
+    "unknown",
+    "construction zone",
+    "road boundary",
+    "building",
+    "pillar",
+    "median strip",
 ];
 
 /// What stands before such a noun.
@@ -203,7 +212,8 @@ pub fn begins_with(lower: &str, mention: &Mention) -> bool {
     let places = before.match_indices([',', ':']);
     let mut starts = std::iter::once(0).chain(places.map(|(at, _)| at + 1));
     starts.any(|from| {
-        let mut words = before[from..]
+        let called = before[from..].trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_']);
+        let mut words = without_noun(called)
             .split(|c: char| !c.is_alphabetic())
             .filter(|word| !word.is_empty());
         let opens = words.all(|word| OPENING.contains(&word));
@@ -230,11 +240,13 @@ pub fn is_label(lower: &str, mention: &Mention) -> bool {
 mod tests {
     use std::collections::BTreeSet;
 
+    use nearmiss_scene::scenario::ObstacleType;
+
     use super::super::number::numbers;
     use super::*;
 
     fn read(text: &str) -> Vec<(Option<i64>, bool, bool)> {
-        let ids = BTreeSet::from([301, 302]);
+        let ids = BTreeSet::from([7, 301, 302]);
         let world = MentionContext {
             ids: &ids,
             ego: 9,
@@ -270,5 +282,13 @@ mod tests {
             [(Some(301), false, false)]
         );
         assert_eq!(read("obstacle 777 is near"), [(None, false, true)]);
+    }
+
+    #[test]
+    fn every_type_of_obstacle_is_a_noun() {
+        for kind in ObstacleType::ALL {
+            let text = format!("• {} 7 touches the ego", kind.words());
+            assert_eq!(read(&text), [(Some(7), false, true)], "{text}");
+        }
     }
 }

@@ -308,7 +308,7 @@ fn names_quantity(sentence: &str, ids: &BTreeSet<String>) -> bool {
 
 /// The version of finding and checking claims: grows when the same text can give other counts, so that stored ones
 /// are counted anew.
-pub const CHECK: u32 = 4;
+pub const CHECK: u32 = 5;
 
 /// The separator between reasoning and answer.
 const ANSWER: &str = "── answer ──";

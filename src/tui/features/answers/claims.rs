@@ -43,14 +43,19 @@ pub fn request(model: &mut Model) -> Vec<CheckClaims> {
 
 /// Picks the next claim of the reasoning, or the one before, and scrolls to it.
 pub fn read_on(model: &mut Model, forward: bool) {
-    let picked = go(model, model.answers.shown, forward);
+    let shown = model.answers.shown;
+    let document = model.document(shown);
+    let has_line = document.is_some_and(|d| model.claims.picked_of(d.key).is_some());
+    let picked = go(model, shown, forward);
     let Some(row) = picked.and_then(|picked| picked.row) else {
         return;
     };
     let row = model.drawn.before_text() + row;
     let extent = model.drawn.extent(Pane::Reasoning);
-    if row < extent.top || row + BELOW >= extent.top + extent.rows {
-        let above = extent.rows.saturating_sub(1) / 3;
+    if row <= extent.top || row + BELOW >= extent.top + extent.rows {
+        // The words on the row above it are in sight, too; in a low pane the line on the claim takes a row of the text.
+        let rows = extent.rows.saturating_sub(usize::from(!has_line));
+        let above = (rows / 3).max(1).min(rows.saturating_sub(1));
         model.answers.scroll = Some(row.saturating_sub(above));
     }
 }
@@ -94,13 +99,10 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<Picked
     };
     let (place, _) = listed[next];
     let (claim, step) = (claims[place].claim.clone(), claims[place].step);
-    let in_json = document.folded_line(claim.span.start);
-    // JSON that was folded when it was last drawn is unfolded now.
-    let folded = match in_json {
-        Some(lines) if !(model.reading.unfold || model.reading.raw) => lines,
-        _ => 0,
-    };
-    let row = row(model, shown, &document, claim.span.end).map(|row| row + folded);
+    if document.folds_at(claim.span.start) {
+        model.reading.unfold = true;
+    }
+    let row = row(model, shown, &document, claim.span.end);
     opening::leave_place(model);
     model.picked = Some(claim.obstacle);
     model.clock.playing = false;
@@ -108,20 +110,18 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<Picked
         model.clock.go(step);
         timeline::stepped(model);
     }
-    if in_json.is_some() {
-        model.reading.unfold = true;
-    }
     // The built-in judge's text may be another one at another step.
     let key = model.document(shown).map_or(document.key, |d| d.key);
     model.claims.picked = Some((key, place));
     Some(PickedClaim { claim, row })
 }
 
-/// The row of an answer's text, as it was drawn last, in which what ends at a byte ends.
+/// The row of an answer's text, in the columns it was drawn in last, in which what ends at a byte ends.
 pub fn row(model: &Model, shown: ShownAnswer, document: &Document, end: usize) -> Option<usize> {
     let marks = model.claims.marks(document.key);
     let mut readings = model.drawn.readings.borrow_mut();
     let reading = readings.answer(shown);
+    reading.show_as(model.reading_mode());
     reading.row_of(end, &marks, &model.theme)
 }
 

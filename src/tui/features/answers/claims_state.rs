@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::model::{Model, ShownAnswer};
-use crate::widgets::long_text::{MarkedClaims, folded_line};
+use crate::widgets::long_text::{MarkedClaims, folds_at};
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, TimeOrigin, shown_text};
 
 /// Claims that are known, by what they were found in.
@@ -106,10 +106,10 @@ pub struct Document {
 }
 
 impl Document {
-    /// How many lines into JSON that folds a byte is; `None` outside of it.
+    /// Whether a byte is in JSON that folds.
     #[must_use]
-    pub fn folded_line(&self, byte: usize) -> Option<usize> {
-        folded_line(&self.text, byte)
+    pub fn folds_at(&self, byte: usize) -> bool {
+        folds_at(&self.text, byte)
     }
 }
 

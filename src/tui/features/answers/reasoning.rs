@@ -87,9 +87,13 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_
     if claims.is_empty() && marks.unread.is_empty() || inner.height < least {
         return inner;
     }
+    // The text keeps two lines.
+    let most = inner.height.saturating_sub(2).clamp(1, 3);
     let line = match picked {
-        // The text keeps two lines.
-        Some(claim) if inner.height < ROOM_FOR_CLAIM => claimed::short_line(claim, &model.theme),
+        Some(claim) if inner.height < ROOM_FOR_CLAIM => {
+            let line = claimed::short_line(claim, &model.theme);
+            claimed::cut(line, usize::from(inner.width) * usize::from(most))
+        }
         Some(claim) => claimed::line(claim, &model.theme),
         None => {
             let summary = claimed::summary(claims, marks.unread.len());
@@ -103,7 +107,7 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_
     let words = Paragraph::new(unbroken::line(line)).wrap(Wrap { trim: true });
     let rows = u16::try_from(words.line_count(inner.width))
         .unwrap_or(1)
-        .clamp(1, 3.min(inner.height - 1));
+        .clamp(1, most);
     let below = Rect {
         y: inner.bottom() - rows,
         height: rows,

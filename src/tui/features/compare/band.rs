@@ -11,12 +11,12 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 use crate::action::Action;
 use crate::features::compare::draw;
 use crate::model::{Document, Model, REASONS};
-use crate::widgets::words::{fit, pad};
+use crate::widgets::words::pad;
 use crate::widgets::{claimed, unbroken};
 use nearmiss_study::evaluation::claims::{Judgement, TOLERANCES};
 use nearmiss_study::evaluation::{Standings, StandingsBy};
 
-/// The claims of the column that has the keys, the wrong ones first, and the picked one in sight.
+/// The claims of the column that has the keys, the wrong ones first, and the picked one whole.
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
@@ -57,16 +57,26 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     } else {
         listed(model, &document)
     };
-    // Where all have room whole, none is cut.
-    let whole: Vec<(bool, Vec<Line<'static>>)> = listed
+    // Where all have room whole, none is cut; else all but the picked one are.
+    let mut items: Vec<(bool, Vec<Line<'static>>)> = listed
         .iter()
         .map(|(place, line)| (place.is_some() && *place == picked, wrapped(line, width)))
         .collect();
-    let fits = whole.iter().map(|(_, lines)| lines.len()).sum::<usize>() <= rows;
-    let at = whole.iter().position(|(is_picked, _)| *is_picked);
-    let first = at
-        .map_or(0, |at| at.saturating_sub(rows / 2))
-        .min(listed.len().saturating_sub(rows));
+    let count = items.len();
+    let at = items.iter().position(|(is_picked, _)| *is_picked);
+    let (mut first, mut seen) = (0, count);
+    if items.iter().map(|(_, lines)| lines.len()).sum::<usize>() > rows {
+        for ((_, line), (is_picked, lines)) in listed.into_iter().zip(&mut items) {
+            if !*is_picked {
+                *lines = vec![claimed::cut(line, width)];
+            }
+        }
+        let others = rows.saturating_sub(at.map_or(1, |at| items[at].1.len()));
+        seen = count.min(others + 1);
+        first = at
+            .map_or(0, |at| at.saturating_sub(others.div_ceil(2)))
+            .min(count - seen);
+    }
     let mut text = Text::default();
     let mark = |line: Line<'static>, is_picked: bool| {
         if is_picked {
@@ -78,23 +88,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             line
         }
     };
-    for (is_picked, lines) in whole.iter().filter(|_| fits) {
-        text.extend(lines.iter().map(|line| mark(line.clone(), *is_picked)));
-    }
-    let cut = listed.iter().zip(&whole).filter(|_| !fits);
-    for ((_, line), (is_picked, _)) in cut.skip(first).take(rows) {
-        let mut line = line.clone();
-        // Truncation is marked.
-        let sign = line.spans.first().map_or(0, Span::width);
-        if let Some(words) = line.spans.get_mut(1) {
-            words.content = fit(&words.content, width.saturating_sub(sign)).into();
-        }
-        text.push_line(mark(line, *is_picked));
+    for (is_picked, lines) in items.into_iter().skip(first).take(seen) {
+        text.extend(lines.into_iter().map(|line| mark(line, is_picked)));
     }
     let used = text.lines.len();
-    let count = listed.len();
-    if !fits && count > rows {
-        let (from, to) = (first + 1, (first + rows).min(count));
+    if seen < count {
+        let (from, to) = (first + 1, first + seen);
         in_border(f, area, model, &format!(" {from}–{to} of {count} "));
     }
     f.render_widget(Paragraph::new(text), inner);

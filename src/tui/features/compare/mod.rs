@@ -12,7 +12,7 @@ use crate::features::compare::rating::ReadRatings;
 use crate::features::{Step, map, timeline, tour};
 use crate::keymap::Key;
 use crate::message::Effect;
-use crate::model::{Column, MAX_COMPARED, Model, ShownAnswer, parts};
+use crate::model::{Column, Extent, MAX_COMPARED, Model, ShownAnswer, parts};
 use crate::update::keys::{KeyEffect, pressed};
 use nearmiss_store::Choice;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, Quantity};
@@ -300,8 +300,7 @@ fn go_to_claim(model: &mut Model, forward: bool) {
     let extent = model.drawn.column(focus);
     // The words on the row above it are in sight, too.
     let is_seen = row > extent.top && row < extent.top + extent.rows;
-    // JSON that was folded makes the text longer.
-    let last = extent.last_top().max((row + 1).saturating_sub(extent.rows));
+    let last = last_top(extent, row);
     let top = if is_seen {
         extent.top
     } else {
@@ -360,10 +359,15 @@ fn go_to_obstacle(model: &mut Model, forward: bool) {
 /// Rows above the first words on an obstacle that stay in sight: its heading.
 const ABOVE: usize = 2;
 
+/// The last line that a text can begin with: JSON that was folded made it longer, down to that row at least.
+fn last_top(extent: Extent, row: usize) -> usize {
+    extent.last_top().max((row + 1).saturating_sub(extent.rows))
+}
+
 /// Scrolls columns so that a row of each stands in that row of the screen.
 fn scroll_to(model: &mut Model, rows: &[(usize, usize)], at: usize) {
     for &(place, row) in rows {
-        let last = model.drawn.column(place).last_top();
+        let last = last_top(model.drawn.column(place), row);
         set_top(model, place, row.saturating_sub(at).min(last), last);
     }
 }

@@ -105,6 +105,13 @@ impl GenerationState {
         }
     }
 
+    /// How many variants were not written: they end with the program.
+    #[must_use]
+    pub fn unsaved(&self) -> usize {
+        let lost = |kept: &&CachedVariant| kept.saved.is_none();
+        self.kept.iter().filter(lost).count()
+    }
+
     /// Where the variant was written to.
     #[must_use]
     pub fn files(&self, made: &Arc<GeneratedVariant>) -> Option<&str> {

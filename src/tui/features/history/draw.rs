@@ -15,7 +15,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::action::Action;
 use crate::model::{COUNTED, HistoryDrawn, InputPurpose, Model};
-use crate::widgets::words::{date, fit_end, pad, thousands};
+use crate::widgets::words::{date, fit_end, pad, short_techniques, thousands};
 use crate::widgets::{markdown, window};
 
 /// Columns from which on the details stand beside the list.
@@ -258,7 +258,7 @@ fn how(run: &Summary, short: bool) -> String {
         Task::Collision if short => "coll.",
         task => task.name(),
     };
-    let techniques = run.techniques.replace("cp+cot+icl", "all");
+    let techniques = short_techniques(&run.techniques);
     let frame = run.frame.replace("cartesian", "cart");
     match judge::how(&run.model) {
         // There is no room for all of it.

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::action::Action;
 use crate::features::generation;
-use crate::loaded::{DriveFiles, DriveKey, Opened};
+use crate::loaded::{DriveFiles, DriveKey, Opened, StandInEgo};
 use crate::message::Effect;
 use crate::model::{
     Camera, Drives, Job, JobId, JobState, Model, NEIGHBOURHOOD, OpenId, RunningDrive, Update,
@@ -287,9 +287,7 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         .opened
         .filter(|_| !recorded && opened.change.is_none())
     {
-        let seconds = opened.seconds();
-        let planned = opened.headline.clone().map(|headline| (headline, seconds));
-        model.list.plan(place, planned);
+        model.list.stand_in(place, StandInEgo::of(&opened));
     }
     let id = OpenId(model.new_id());
     model.opening = Some((id, None));

@@ -11,7 +11,7 @@ use crate::features::results::draw::foot;
 use crate::model::{Model, RESULTS_COLUMNS, ResultsDrawn, ResultsView};
 use crate::theme::Theme;
 use crate::widgets::window;
-use crate::widgets::words::{fit_end, pad};
+use crate::widgets::words::{fit_end, pad, short_techniques};
 use nearmiss_base::system::pad_start;
 use nearmiss_scene::description::visible;
 use nearmiss_study::evaluation::{Outcome, PromptConfig, Results, report};
@@ -94,9 +94,10 @@ pub fn asked(way: &PromptConfig, short: bool) -> [String; 3] {
         name => name,
     });
     let techniques = way.techniques.map_or("–".into(), |t| t.to_string());
-    let techniques = match techniques.as_str() {
-        "cp+cot+icl" if short => "all".into(),
-        _ => techniques,
+    let techniques = if short {
+        short_techniques(&techniques)
+    } else {
+        techniques
     };
     let task = match way.task.name() {
         "collision" if short => "coll.",

@@ -19,7 +19,7 @@ pub enum Column {
     Duration,
     /// Three letters.
     Country,
-    /// Verdicts of stored answers: agreement and count; the narrow form shows agreement only.
+    /// Verdicts of stored answers to all tasks: agreement and count; the narrow form shows agreement only.
     Answers { wide: bool },
     /// By what the moment that matters is ordered among those as severe, after a word for it.
     Finer,
@@ -51,7 +51,7 @@ impl Column {
             Self::Duration => "time".into(),
             Self::Country => "cty".into(),
             Self::Finer => "why".into(),
-            Self::Answers { wide } => if wide { "answers" } else { "≠" }.into(),
+            Self::Answers { wide } => if wide { "all ans" } else { "≠" }.into(),
             Self::Severity => "sev".into(),
         }
     }
@@ -152,7 +152,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Opened>) ->
         Column::Duration => plain(seconds.or(row.seconds()).map(|s| format!("{s:.1}"))),
         Column::Country => plain(Some(row.country().to_string())),
         Column::Finer => {
-            let headline = taken.or_else(|| facts.and_then(|f| f.headline.as_ref()));
+            let headline = taken.or_else(|| row.headline());
             let measured = headline
                 .and_then(Headline::worst)
                 .map(CriticalMoment::measured);

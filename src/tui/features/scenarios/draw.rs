@@ -259,13 +259,12 @@ fn scenario(
     let used: usize = columns.iter().map(|c| c.width()).sum();
     let mut room = width.saturating_sub(used + 2);
     // The name of what is open is cut for it.
-    let name_kept = if model.list.opened == Some(place) {
-        LEAST_NAME
-    } else {
-        row.entry.name.width()
-    };
+    let mut name_kept = row.entry.name.width();
+    if model.list.opened == Some(place) {
+        name_kept = name_kept.min(LEAST_NAME);
+    }
     let whose = whose(model, place).filter(|whose| room >= whose.len() + name_kept);
-    room -= whose.map_or(0, str::len);
+    room -= whose.as_ref().map_or(0, String::len);
     let mut line = name(model, row, room, matching);
     if let Some(whose) = whose {
         line.push_span(Span::styled(whose, Style::new().fg(model.theme.ego)));
@@ -287,15 +286,19 @@ fn has_other_ego(model: &Model, place: usize) -> bool {
 }
 
 /// Whose values stand behind a name, in a word, where they are not the recorded ego's.
-fn whose(model: &Model, place: usize) -> Option<&'static str> {
+fn whose(model: &Model, place: usize) -> Option<String> {
     let planned = " planned";
     if !has_other_ego(model, place) {
-        return model.list.rows[place].planned.as_ref().map(|_| planned);
+        let ego = model.list.rows[place].stand_in()?;
+        return Some(match ego.obstacle {
+            Some(id) => format!(" {id} as ego"),
+            None => planned.into(),
+        });
     }
     match model.variant() {
         _ if model.opening.is_some() => None,
-        Some(shown) if shown.changed => Some(" variant"),
-        _ => model.planned().map(|_| planned),
+        Some(shown) if shown.changed => Some(" variant".into()),
+        _ => model.planned().map(|_| planned.into()),
     }
 }
 

@@ -17,7 +17,7 @@ use crate::features::Step;
 use crate::features::picker::Choice;
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
-use crate::model::{Filtering, JobId, Line, Model, Order, Pane, Picker, orders_shown};
+use crate::model::{Filtering, JobId, JobKind, Line, Model, Order, Pane, Picker, orders_shown};
 use crate::session::restore;
 use crate::update::{open, open_current, opening};
 use crate::widgets::picker;
@@ -25,14 +25,18 @@ use crate::widgets::words::pad;
 use request::{Rank, Survey, ranking};
 use saved_views::{ListViews, SavedViewsScreen};
 
-/// How many of the list have no ego, and the key that plans one, unless what is open has nothing to plan for or is planned,
-/// where the key ends it.
+/// How many of the list have no ego, and whether the planner drives them, or the key that plans one where what is open
+/// is one of them and has something to plan for.
 pub fn without_ego(model: &Model) -> Option<String> {
     let why = model.list.without_ego()?;
-    let aimless = model.opened.as_ref().is_some_and(|opened| {
-        opened.scene.is_none() && opened.scenario.planning_problems.is_empty()
+    let mut jobs = model.jobs.all.iter();
+    if jobs.any(|job| job.is_running() && matches!(job.kind, JobKind::Ranking(_))) {
+        return Some(format!("{why}: the planner drives"));
+    }
+    let can_plan = model.opened.as_ref().is_some_and(|opened| {
+        opened.scene.is_none() && !opened.scenario.planning_problems.is_empty()
     });
-    if aimless || model.driver.under_way.is_some() {
+    if !can_plan || model.driver.under_way.is_some() {
         return Some(why);
     }
     let key = model.look.key(Action::DrivePlanner);
@@ -373,10 +377,10 @@ impl Choice for Orders {
         model.list.sort_by(*order);
         model.list.leads = order.needs_facts();
         let measured = matches!(order, Order::Severity | Order::Measure(_));
-        if let Some(why) = model.list.without_ego().filter(|_| measured) {
-            model.say(format!(
-                "{why}: the planner drives those with a planning problem; until then they come last"
-            ));
+        if measured && model.list.without_ego().is_some() {
+            model.say(
+                "scenarios without an ego come last until the planner has driven them; then the first opens",
+            );
         }
         Step::Close(ranking(model).into_iter().collect())
     }

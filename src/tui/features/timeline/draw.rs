@@ -257,7 +257,7 @@ fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> Vec<M
     marks.extend(differing.map(|d| mark(d.step, '≠', "", theme.disagree)));
     let second = model
         .second_moment()
-        .filter(|then| then.step != model.clock.step());
+        .filter(|then| model.drawn.has_second_map() && then.step != model.clock.step());
     marks.extend(second.map(|then| mark(then.step, '◆', "second map", theme.accent)));
     let worst = opened.worst_untouched();
     marks.extend(worst.map(|moment| mark(moment.step, '▼', "most severe", theme.text)));

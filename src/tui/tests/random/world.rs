@@ -330,7 +330,7 @@ impl World {
         if let Some(Rank::All(measure, entries)) = effect.request() {
             let ranked = |place: usize| Ranked {
                 value: (!place.is_multiple_of(3)).then_some(place as f64 * 0.7),
-                planned: None,
+                stand_in: None,
             };
             let places = entries.iter().map(|(place, _)| *place);
             let values = places.map(|place| (*measure, place, ranked(place)));

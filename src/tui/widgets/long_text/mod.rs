@@ -19,7 +19,7 @@ use crate::widgets::unbroken::is_plain;
 use crate::widgets::words::fit;
 use outline::{Json, Kind, Outline, Row};
 
-pub use outline::folded_line;
+pub use outline::folds_at;
 
 /// The claims that are marked in a text.
 #[derive(Debug, Clone, Copy, Default)]
@@ -286,9 +286,19 @@ impl Reading {
     /// The row that what ends at a byte ends in; of what is folded away that of the line it is folded to. Nothing where
     /// another text was drawn.
     #[must_use]
-    pub fn row_of(&self, byte: usize, marks: &MarkedClaims<'_>, theme: &Theme) -> Option<usize> {
+    pub fn row_of(
+        &mut self,
+        byte: usize,
+        marks: &MarkedClaims<'_>,
+        theme: &Theme,
+    ) -> Option<usize> {
         if self.key != Some(marks.key) {
             return None;
+        }
+        if self.lines.is_empty() {
+            // It is shown in another way than it was drawn.
+            self.outline = Outline::default();
+            self.wrap(0, marks, theme);
         }
         let line = self.lines.iter().position(|line| byte <= line.to)?;
         let before = self.row_before(line);

@@ -139,22 +139,19 @@ fn fence(line: &str) -> Option<(usize, &str)> {
     (signs >= 3 && !rest.contains('`')).then(|| (signs, rest.trim()))
 }
 
-/// The place of a byte of an answer in its JSON: how many lines of JSON that fold are before that of the byte.
+/// Whether a byte of an answer is in JSON that folds.
 #[must_use]
-pub fn folded_line(text: &str, byte: usize) -> Option<usize> {
+pub fn folds_at(text: &str, byte: usize) -> bool {
     let mut outline = Outline::default();
     let mut from = 0;
     for line in text.split_inclusive('\n') {
         let kind = outline.next(super::ended(line));
         from += line.len();
         if byte < from {
-            return match kind {
-                Kind::Json(json) if json.folds => Some(json.before),
-                _ => None,
-            };
+            return matches!(kind, Kind::Json(json) if json.folds);
         }
     }
-    None
+    false
 }
 
 #[cfg(test)]
@@ -195,7 +192,8 @@ mod tests {
         );
         assert_eq!(kinds("so:\n```md\n# why\n```\n```\n# why\n```"), "tftffcf");
         let text = "why\n```json\n{\n \"a\": 1\n}\n```\nso";
-        let at = |words: &str| text.find(words).and_then(|at| folded_line(text, at));
-        assert_eq!((at("why"), at("\"a\""), at("so")), (None, Some(1), None));
+        let at = |words: &str| text.find(words).map(|at| folds_at(text, at));
+        let expected = [Some(false), Some(true), Some(false)];
+        assert_eq!([at("why"), at("\"a\""), at("so")], expected);
     }
 }

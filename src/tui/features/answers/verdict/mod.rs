@@ -143,18 +143,19 @@ fn title(model: &Model, seen: &std::ops::Range<usize>, width: usize) -> Line<'st
         key(Action::NextAnswer)
     );
     let (first, last, all) = (seen.start + 1, seen.end, model.answers.columns.len());
+    let of_all = |word: &str, which: String| {
+        vec![
+            format!(" · {word} {which} of {all}, {keys} others"),
+            format!(" {word} {which} of {all} {keys}"),
+            format!(" {which} of {all} {keys}"),
+        ]
+    };
     let hints = match seen.len() {
-        0 => [String::new(), String::new()],
-        1 if all == 1 => [String::new(), String::new()],
-        count if count == all => [format!(" · {keys} select answer"), format!(" · {keys}")],
-        1 => [
-            format!(" · answer {first} of {all}, {keys} others"),
-            format!(" · answer {first} of {all} {keys}"),
-        ],
-        _ => [
-            format!(" · answers {first}–{last} of {all}, {keys} others"),
-            format!(" · answers {first}–{last} of {all} {keys}"),
-        ],
+        0 => Vec::new(),
+        1 if all == 1 => Vec::new(),
+        count if count == all => vec![format!(" · {keys} select answer"), format!(" · {keys}")],
+        1 => of_all("answer", first.to_string()),
+        _ => of_all("answers", format!("{first}–{last}")),
     };
     // Inside the corners, with a space on both sides.
     let used = 4 + title[0].width() + window.as_ref().map_or(0, Span::width);
@@ -166,9 +167,9 @@ fn title(model: &Model, seen: &std::ops::Range<usize>, width: usize) -> Line<'st
     } else {
         title.push(task);
     }
-    title.extend(window);
     let hint = fits.cloned().unwrap_or_default();
     title.push(Span::styled(hint, Style::new().fg(model.theme.dim)));
+    title.extend(window);
     Line::from(title)
 }
 
@@ -288,17 +289,16 @@ fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
     }
 }
 
-/// The comment of the built-in judge or the shown answer.
+/// The shown answer's comment, or what is critical to the built-in judge: the reasoning begins with its comment.
 fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static> {
-    let theme = &model.theme;
-    let words = |s: &str| nearmiss_scene::description::visible(s).into_owned();
     match model.answers.column() {
         None => {
             let mut text = Text::default();
-            let dim = Style::new().fg(theme.dim);
-            text.extend(reference.and_then(|r| critical(&r.verdict, dim)));
-            let justification = reference.map_or("judging…", |r| &r.verdict.justification);
-            text.extend(Text::styled(words(justification), theme.base()));
+            let dim = Style::new().fg(model.theme.dim);
+            match reference {
+                Some(judged) => text.extend(critical(&judged.verdict, dim)),
+                None => text.push_line(Line::styled("judging…", model.theme.base())),
+            }
             if model.answers.columns.is_empty() {
                 let key = |action| model.look.key(action);
                 let hint = format!(
@@ -307,8 +307,7 @@ fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static>
                     key(Action::Run),
                     key(Action::Compare)
                 );
-                text.push_line("");
-                text.push_line(Line::styled(hint, Style::new().fg(theme.dim)));
+                text.push_line(Line::styled(hint, dim));
             }
             text
         }

@@ -6,7 +6,7 @@ use unicode_width::UnicodeWidthStr;
 
 use super::super::obstacles::{foremost_scores, names_right};
 use crate::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
-use crate::widgets::words::{duration, fit, fit_middle, pad, thousands};
+use crate::widgets::words::{duration, fit, fit_middle, pad, short_techniques, thousands};
 use nearmiss_scene::verdict::{Task, Verdict};
 use nearmiss_store::Origin;
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
@@ -287,16 +287,15 @@ impl<'a> Table<'a> {
                 "" if row == Row::Prompt && imported => "unknown".into(),
                 "" if row == Row::Prompt => "shipped".into(),
                 "cartesian" => "cart".into(),
-                other => other.replace("cp+cot+icl", "all"),
+                other => other.to_string(),
             };
             let room = self.width.saturating_sub(1);
-            let words = if words.width() > room {
-                words.replace("+tools", "+t")
-            } else {
-                words
-            };
+            let brief = words.replace("+tools", "+t");
+            let short = [&words, &brief].map(|words| short_techniques(words));
+            let forms = [&words, &short[0], &brief, &short[1]];
+            let fitting = forms.into_iter().find(|words| words.width() <= room);
             let style = Style::new().fg(self.model.theme.dim);
-            self.cell(row, &fit_middle(&words, room), style);
+            self.cell(row, &fit_middle(fitting.unwrap_or(&brief), room), style);
         }
     }
 

@@ -26,11 +26,9 @@ pub struct Certified<'a> {
 impl Certified<'_> {
     /// Adds what the ideal driver does, and with which reaction times.
     pub fn add_to(&self, lines: &mut Lines, theme: &Theme) {
-        let peak = self.driver.and_then(|driver| driver.max_acceleration);
-        let used = peak.map_or(String::new(), |peak| format!(", with up to {peak:.1} m/s²"));
-        lines.title(&match self.driver {
-            Some(_) => format!("an ideal driver avoids it{used}"),
-            None => "no way was found to avoid it".into(),
+        lines.title(match self.driver {
+            Some(_) => "an ideal driver avoids it",
+            None => "no way was found to avoid it",
         });
         if let Some(driver) = self.driver {
             self.drive(lines, theme, driver);
@@ -58,7 +56,7 @@ impl Certified<'_> {
 
     fn drive(&self, lines: &mut Lines, theme: &Theme, driver: &EvasionRecord) {
         let time = |step: i64| step as f64 * self.dt;
-        lines.say("does", &manoeuvre_words(driver));
+        lines.say("manoeuvre", &manoeuvre_words(driver));
         if let Some(step) = driver.departs_after_step {
             let after = time(step - self.from);
             let mut words = format!(
@@ -73,7 +71,7 @@ impl Certified<'_> {
         }
         if let Some(peak) = driver.max_acceleration {
             let people = HumanLimits::for_kind(ObstacleType::Car).braking;
-            let mut words = format!("{peak:.1} m/s² along and across together");
+            let mut words = format!("{peak:.1} m/s² acceleration, along and across together");
             let mut style = Style::new();
             if peak > people {
                 words.push_str(&format!("; a human driver brakes with up to {people:.1}"));

@@ -250,17 +250,16 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let style = Style::new().fg(color).add_modifier(Modifier::BOLD);
     lines.say_in("outcome", &words, style);
     let (before, after) = (effect.lowest_before(), effect.lowest_after());
+    let score = change(before, after);
     let anyone = change(effect.anyone_before, effect.anyone_after);
-    let risk = format!(
-        "score {}, of all obstacles {anyone} (0 = collision)",
-        change(before, after)
-    );
-    lines.say("risk", &risk);
+    let others = if anyone == score {
+        String::new()
+    } else {
+        format!(", of all obstacles {anyone}")
+    };
+    lines.say("risk", &format!("score {score}{others} (0 = collision)"));
     if let Some(distance) = effect.distance() {
-        lines.say(
-            "distance",
-            &format!("{} m, the smallest", hundredths(distance)),
-        );
+        lines.say("smallest distance", &format!("{} m", hundredths(distance)));
     }
     let without = &made.closed.baseline().drive().outcome;
     lines.say("original", &format!("without the attack: {without}"));

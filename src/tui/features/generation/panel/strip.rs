@@ -5,7 +5,7 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Clear};
+use ratatui::widgets::{Block, Borders, Clear};
 use unicode_width::UnicodeWidthStr;
 
 use crate::features::map::draw::still;
@@ -86,12 +86,14 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             moment,
             usize::from(part.width).saturating_sub(4),
         );
+        // The next title is the border below.
         let block = Block::bordered()
+            .borders(Borders::ALL - Borders::BOTTOM)
             .border_style(Style::new().fg(theme.border))
             .title(title);
         let inner = block.inner(*part);
         f.render_widget(block, *part);
-        still(f, inner, model, moment, &strip.attack);
+        still(f, inner, model, moment, &strip);
     }
     draw_gaps(f, below, model, &strip, &drives);
 }
@@ -175,15 +177,20 @@ fn title(
         Some(false) => (" · no contact", model.theme.text),
         None => ("", model.theme.dim),
     };
-    let name = match moment.driven {
-        Some(DrivenBy::GoodDriver(delay)) => format!("{name}, reaction {delay:.1} s"),
-        Some(DrivenBy::Planner) => name.to_string(),
-        None if moment.opened.planned.is_some() => format!("{name}, planned ego"),
-        None => format!("{name}, recorded ego"),
-    };
     let series = moment.opened.series.as_ref();
     let nearest = series.and_then(|series| series.most_dangerous_at("distance", moment.step));
     let gap = nearest.map_or(String::new(), |(id, gap)| format!(" · {gap:.1} m to {id}"));
+    let more = match moment.driven {
+        Some(DrivenBy::GoodDriver(delay)) => format!(", reaction {delay:.1} s"),
+        Some(DrivenBy::Planner) => String::new(),
+        None if moment.opened.planned.is_some() => ", planned ego".into(),
+        None => ", recorded ego".into(),
+    };
+    let mut name = name.to_string();
+    // The gap says more.
+    if name.width() + more.width() + words.width() + gap.width() + 1 < room {
+        name.push_str(&more);
+    }
     let when = format!(" · {}", moment.when());
     let bold = Style::new().fg(color).add_modifier(Modifier::BOLD);
     let mut line = Line::from(Span::styled(format!(" {}", fit(&name, room)), bold));

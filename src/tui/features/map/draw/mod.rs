@@ -20,7 +20,9 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::features::map::draw::request as scene_request;
-use crate::model::{MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Trails};
+use crate::model::{
+    Camera, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Trails, VariantStrip,
+};
 use crate::pixels::{Encoder, MapImage};
 use crate::theme::components;
 use crate::widgets::window;
@@ -131,9 +133,14 @@ impl Begun<'_> {
     }
 }
 
-/// What a camera sees of a moment in an area.
+/// What is seen of a moment in an area.
 fn seen(model: &Model, area: Rect, moment: &Moment<'_>) -> CellView {
     let camera = model.camera_of((area.width, area.height), moment);
+    seen_by(&camera, area, moment)
+}
+
+/// What a camera sees of it.
+fn seen_by(camera: &Camera, area: Rect, moment: &Moment<'_>) -> CellView {
     let (cell, row) = (camera.cell, camera.row());
     let half = (
         cell * f64::from(area.width) / 2.0,
@@ -192,17 +199,18 @@ fn one<'a>(
     Painted::begin(f, area, model, moment, view, true)
 }
 
-/// A map in cells that the mouse does not reach, as another moment is seen; among several of them goals have no labels,
-/// which would have room in some alone, nor lines, which nothing would tell from others.
+/// A map of a strip in cells, which the mouse does not reach; goals have no labels there, which would have room in some
+/// maps alone, nor lines, which nothing would tell from others.
 pub fn still(
     f: &mut Frame<'_>,
     area: Rect,
     model: &Model,
     moment: &Moment<'_>,
-    as_of: &Moment<'_>,
+    strip: &VariantStrip<'_>,
 ) {
     if area.width >= 4 && area.height >= 2 {
-        let view = seen(model, area, as_of);
+        let camera = model.camera_of_strip((area.width, area.height), strip);
+        let view = seen_by(&camera, area, &strip.attack);
         Painted::begin(f, area, model, *moment, view, false).end(f, model);
     }
 }

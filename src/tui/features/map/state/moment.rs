@@ -1,6 +1,6 @@
 //! The moments that the map shows: now, and a second one beside it.
 
-use nearmiss_base::geometry::{Pose, Vector};
+use nearmiss_base::geometry::{Placed, Point, Pose, Vector};
 use nearmiss_render::Variations;
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::Headline;
@@ -451,10 +451,15 @@ const FARTHEST: f64 = 4.0;
 const STEP: f64 = 1.1;
 /// Around the middle of a body, metres, for the body and a part of its name.
 const BODY_MARGIN: f64 = 5.0;
+/// What is seen ahead of the ego, metres from its middle.
+const AHEAD: f64 = 10.0;
 /// At most, around a contact: both bodies are large.
 const AT_CONTACT: f64 = 0.55;
 /// Around the outlines of both, metres.
 const CONTACT_MARGIN: f64 = 1.5;
+/// The same in a strip, whose maps are low, and how wide cells are at most where that shows all of its egos.
+const STRIP_MARGIN: f64 = 0.5;
+const STRIP_FARTHEST: f64 = 0.9;
 
 impl Model {
     /// Two maps in an area, along the road that the ego is on; without an ego as little elongated as possible.
@@ -481,7 +486,6 @@ impl Model {
         let (true, true, Some(ego)) = (camera.auto, camera.follow, moment.ego()) else {
             return camera;
         };
-        let (columns, rows) = (f64::from(size.0.max(1)), f64::from(size.1.max(1)));
         camera.shift = Vector::zeros();
         let frame = camera.frame(Some(ego));
         let touching = self.touching(moment);
@@ -491,27 +495,46 @@ impl Model {
         } else {
             f64::MAX
         };
-        camera.cell = NEAREST.max((camera.least / columns).min(widest));
-        for (up, left) in contact
-            .into_iter()
-            .chain(self.spans_of_others(moment, &frame))
-        {
-            let needs = ((left.1 - left.0) / columns).max((up.1 - up.0) / (rows * camera.aspect));
-            let steps = (needs / camera.cell).log(STEP).ceil().max(0.0);
-            let cell = camera.cell * STEP.powf(steps);
-            if !cell.is_finite() || cell > FARTHEST.max(camera.cell) {
-                continue;
-            }
-            camera.cell = cell;
-            // As little off the middle as shows both.
-            let aside = |(low, high): Range, length: f64| {
-                (high - length / 2.0).max(0.0) + (low + length / 2.0).min(0.0)
+        camera.cell = NEAREST.max((camera.least / f64::from(size.0.max(1))).min(widest));
+        let others = self.spans_of_others(moment, &ego, &frame);
+        let mut spans = contact.into_iter().chain(others);
+        let _ = spans.any(|span| show(&mut camera, size, span, FARTHEST));
+        camera
+    }
+
+    /// The camera of the maps of a strip, until the user zooms: as near as it shows the attacker and the egos of all drives,
+    /// or else of the attack, and then as little beside the road as possible.
+    #[must_use]
+    pub fn camera_of_strip(&self, size: (u16, u16), strip: &VariantStrip<'_>) -> Camera {
+        let attack = &strip.attack;
+        let mut camera = self.camera_of(size, attack);
+        let (true, true, Some(ego)) = (camera.auto, camera.follow, attack.ego()) else {
+            return camera;
+        };
+        (camera.cell, camera.shift) = (NEAREST, Vector::zeros());
+        let frame = camera.frame(Some(ego));
+        let body = |moment: &Moment<'_>, on| {
+            let body = moment.opened.body_of(on, moment.step)?;
+            Some(span(&body, &frame, STRIP_MARGIN))
+        };
+        let both = [On::Ego, On::Obstacle(strip.attacker)].map(|on| body(attack, on));
+        let others = std::iter::once(&strip.original).chain(&strip.survived);
+        let egos = others.filter_map(|moment| body(moment, On::Ego));
+        let Some(two) = both.into_iter().flatten().reduce(join) else {
+            return camera;
+        };
+        let all = egos.fold(two, join);
+        let mut spans = [(all, STRIP_FARTHEST), (two, FARTHEST)].into_iter();
+        let shown = spans.find(|(span, farthest)| show(&mut camera, size, *span, *farthest));
+        if let Some(((up, _), _)) = shown {
+            let half = f64::from(size.1) * camera.row() / 2.0;
+            let road = road_across(attack, &frame, camera.row() / 2.0, 2 * size.1);
+            let shift = if road.1 - road.0 > 2.0 * half {
+                camera.shift.x.max(road.0 + half).min(road.1 - half)
+            } else {
+                road.0.midpoint(road.1)
             };
-            camera.shift = Vector::new(
-                aside(up, rows * camera.row()),
-                aside(left, columns * camera.cell),
-            );
-            break;
+            camera.shift.x = shift.max(up.1 - half).min(up.0 + half);
         }
         camera
     }
@@ -535,16 +558,21 @@ impl Model {
     fn spans_of_others(
         &self,
         moment: &Moment<'_>,
+        ego: &Pose,
         frame: &Pose,
-    ) -> impl Iterator<Item = (Range, Range)> {
+    ) -> impl Iterator<Item = Span> {
         let headline = moment.opened.headline.as_ref();
         let worst = headline.and_then(Headline::worst);
         let all = self.picked.into_iter().chain(worst.map(|w| w.obstacle));
-        let around = |to: f64| (to.min(0.0) - BODY_MARGIN, to.max(0.0) + BODY_MARGIN);
+        let ahead = frame.to_local(&(ego.position + ego.forward() * AHEAD));
+        let around = move |to: f64, ahead: f64| {
+            let (low, high) = (to.min(0.0) - BODY_MARGIN, to.max(0.0) + BODY_MARGIN);
+            (low.min(ahead), high.max(ahead))
+        };
         all.filter_map(move |id| {
             let motion = moment.opened.motion_of(On::Obstacle(id), moment.step)?;
             let to = frame.to_local(&motion.pose.position);
-            Some((around(to.x), around(to.y)))
+            Some((around(to.x, ahead.x), around(to.y, ahead.y)))
         })
     }
 
@@ -560,17 +588,66 @@ impl Model {
 /// From where to where, metres from the ego.
 type Range = (f64, f64);
 
-/// What a map has to show of a contact: both bodies, up the map and to its left.
-fn contact_span(moment: &Moment<'_>, obstacle: i64, frame: &Pose) -> Option<(Range, Range)> {
-    let bodies = [On::Ego, On::Obstacle(obstacle)].map(|on| moment.opened.body_of(on, moment.step));
-    let [Some(ego), Some(other)] = bodies else {
-        return None;
+/// What a map has to show: up the map, and to its left.
+type Span = (Range, Range);
+
+/// Zooms out and moves a map of so many columns and rows, as little as shows a span; false where its cells would be wider
+/// than so many metres.
+fn show(camera: &mut Camera, size: (u16, u16), (up, left): Span, farthest: f64) -> bool {
+    let (columns, rows) = (f64::from(size.0.max(1)), f64::from(size.1.max(1)));
+    let needs = ((left.1 - left.0) / columns).max((up.1 - up.0) / (rows * camera.aspect));
+    let steps = (needs / camera.cell).log(STEP).ceil().max(0.0);
+    let cell = camera.cell * STEP.powf(steps);
+    if !cell.is_finite() || cell > farthest.max(camera.cell) {
+        return false;
+    }
+    camera.cell = cell;
+    let aside = |(low, high): Range, length: f64| {
+        (high - length / 2.0).max(0.0) + (low + length / 2.0).min(0.0)
     };
-    let span = |axis: Vector| {
-        let [a, b] = [&ego, &other].map(|body| body.extent(&frame.position, &axis));
-        (a.0.min(b.0) - CONTACT_MARGIN, a.1.max(b.1) + CONTACT_MARGIN)
+    camera.shift = Vector::new(
+        aside(up, rows * camera.row()),
+        aside(left, columns * camera.cell),
+    );
+    true
+}
+
+/// Both spans.
+fn join(a: Span, b: Span) -> Span {
+    let join = |a: Range, b: Range| (a.0.min(b.0), a.1.max(b.1));
+    (join(a.0, b.0), join(a.1, b.1))
+}
+
+/// A body with a margin around it.
+fn span(body: &Placed<'_>, frame: &Pose, margin: f64) -> Span {
+    let along = |axis: Vector| {
+        let (low, high) = body.extent(&frame.position, &axis);
+        (low - margin, high + margin)
     };
-    Some((span(frame.forward()), span(frame.left())))
+    (along(frame.forward()), along(frame.left()))
+}
+
+/// How far the road reaches down and up the map from the ego, in steps of so many metres; infinite beyond so many steps.
+fn road_across(moment: &Moment<'_>, frame: &Pose, step: f64, most: u16) -> Range {
+    let network = &moment.opened.scenario.network;
+    let edge = |side: f64| {
+        let mut steps = (1..=most).map(|i| side * step * f64::from(i));
+        let is_off = |up: &f64| {
+            let at = frame.to_world(&Point::new(*up, 0.0));
+            network.lanelets_at(&at).is_empty()
+        };
+        steps.find(is_off).unwrap_or(side * f64::INFINITY)
+    };
+    (edge(-1.0), edge(1.0))
+}
+
+/// What a map has to show of a contact: both bodies.
+fn contact_span(moment: &Moment<'_>, obstacle: i64, frame: &Pose) -> Option<Span> {
+    let [ego, other] = [On::Ego, On::Obstacle(obstacle)].map(|on| {
+        let body = moment.opened.body_of(on, moment.step)?;
+        Some(span(&body, frame, CONTACT_MARGIN))
+    });
+    Some(join(ego?, other?))
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         return draw_full_size(f, area, model);
     }
     let inner = window::pane(f, area, model, Pane::Prompt, title(model, area.width));
-    let inner = error(f, inner, model);
+    let inner = error(f, inner, model, model.prompt.view);
     body(f, inner, model, model.prompt.view);
 }
 
@@ -204,15 +204,24 @@ fn title(model: &Model, width: u16) -> Line<'static> {
     line
 }
 
-/// What follows from an error of the template.
-const BROKEN: &str = "; requests disabled until fixed, the last good version is shown";
+/// What follows from an error of the template, with that view in sight.
+fn consequence(view: PromptView) -> &'static str {
+    match view {
+        PromptView::Rendered => "; requests disabled until fixed, the last good version is shown",
+        _ => "; requests disabled until fixed",
+    }
+}
 
-/// The template's errors in the first lines; returns the remaining area.
-fn error(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
+/// The template's errors in the first lines, above that view; returns the remaining area.
+fn error(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) -> Rect {
     let Some(error) = &model.prompt.error else {
         return area;
     };
-    let rest = if model.prompt.held { "" } else { BROKEN };
+    let rest = if model.prompt.held {
+        ""
+    } else {
+        consequence(view)
+    };
     let words = format!("! {error}{rest}");
     let words = Paragraph::new(visible(&words).into_owned())
         .style(Style::new().fg(model.theme.danger))
@@ -278,8 +287,13 @@ fn draw_template(f: &mut Frame<'_>, area: Rect, model: &Model, wide: bool) {
     let file = fit_end(&visible(prompt.file()), room);
     let title = Line::from(format!("template · {file}{mark}"));
     let inner = window::pane(f, area, model, Pane::Prompt, title);
+    let seen = if wide {
+        prompt.beside
+    } else {
+        PromptView::Template
+    };
     let error = prompt.error.as_ref().map(|error| {
-        let words = format!("! {error}{BROKEN}");
+        let words = format!("! {error}{}", consequence(seen));
         let words = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
         words.style(Style::new().fg(model.theme.danger))
     });
@@ -380,7 +394,7 @@ fn draw_side_view(f: &mut Frame<'_>, area: Rect, model: &Model, alone: bool) {
     f.render_widget(block, area);
     model.drawn.pane(Pane::Prompt, area);
     if alone {
-        inner = error(f, inner, model);
+        inner = error(f, inner, model, prompt.beside);
     }
     body(f, inner, model, prompt.beside);
 }

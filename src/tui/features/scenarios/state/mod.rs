@@ -8,13 +8,13 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 use nearmiss_formats::{Entry, PassedOver, SearchResults};
-use nearmiss_scene::metrics::{Headline, Measure};
+use nearmiss_scene::metrics::Measure;
 use nearmiss_settings::{SavedView, SavedViews, Tags};
 use nearmiss_workflow::{Agreement, Filterable};
 use strum::{IntoStaticStr, VariantArray};
 use unicode_width::UnicodeWidthStr;
 
-use crate::loaded::{Facts, Ranked};
+use crate::loaded::{Facts, Ranked, StandInEgo};
 use crate::model::Place;
 
 pub use nearmiss_workflow::{Filter, HEADLINE, Matching, TERMS, WordMatch, nearest};
@@ -260,10 +260,10 @@ impl List {
         self.arrange(true);
     }
 
-    /// What matters in a scenario with an ego that was planned, and how long its drive is, seconds.
-    pub fn plan(&mut self, place: usize, planned: Option<(Headline, f64)>) {
+    /// This ego stands in where none is recorded.
+    pub fn stand_in(&mut self, place: usize, ego: Option<StandInEgo>) {
         if let Some(row) = self.rows.get_mut(place) {
-            row.planned = planned;
+            row.stand_in = ego;
             self.stale = true;
         }
     }
@@ -293,7 +293,7 @@ impl List {
     /// Forgets what measures say, as after a change of thresholds.
     pub fn forget_values(&mut self) {
         for row in &mut self.rows {
-            (row.value, row.planned) = (None, None);
+            (row.value, row.stand_in) = (None, None);
         }
         self.driven = false;
         self.stale = true;
@@ -306,7 +306,7 @@ impl List {
         {
             row.value = Some(ranked.value);
             // The user's own drive stays.
-            row.planned = row.planned.take().or(ranked.planned);
+            row.stand_in = row.stand_in.take().or(ranked.stand_in);
             self.stale = true;
         }
     }

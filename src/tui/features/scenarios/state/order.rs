@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::sync::Arc;
 
 use crate::features::scenarios::state::{Filter, List};
-use crate::loaded::{Facts, country_code};
+use crate::loaded::{Facts, StandInEgo, country_code};
 use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::CorpusIndex;
 use nearmiss_scene::metrics::{CriticalMoment, Danger, Headline, Measure, measure};
@@ -147,9 +147,8 @@ pub struct Row {
     pub entry: Entry,
     /// Its facts, once known.
     pub facts: Option<Result<Facts, String>>,
-    /// What matters with an ego that was planned in this session, by the user or for the order, where none is recorded,
-    /// and how long its drive is, seconds.
-    pub planned: Option<(Headline, f64)>,
+    /// What matters with the ego that stood in for a recorded one in this session, in the workbench or for the order.
+    pub stand_in: Option<StandInEgo>,
     /// The most dangerous value of the measure by which the list is sorted; the outer one is whether it is known.
     pub value: Option<Option<f64>>,
     /// The user's own tags.
@@ -167,7 +166,7 @@ impl Row {
         Self {
             entry,
             facts: None,
-            planned: None,
+            stand_in: None,
             value: None,
             own_tags: Vec::new(),
             indexed: Indexed::Unknown,
@@ -190,21 +189,28 @@ impl Row {
         self.facts.as_ref()?.as_ref().ok()
     }
 
-    /// What matters with its recorded ego, or else with a planned one.
+    /// The ego that stands in, where it was read and none is recorded.
+    #[must_use]
+    pub fn stand_in(&self) -> Option<&StandInEgo> {
+        let recorded = self.facts()?.headline.is_some();
+        self.stand_in.as_ref().filter(|_| !recorded)
+    }
+
+    /// What matters with its recorded ego, or else with the one that stands in.
     #[must_use]
     pub fn headline(&self) -> Option<&Headline> {
         let recorded = self.facts()?.headline.as_ref();
-        recorded.or(self.planned.as_ref().map(|(headline, _)| headline))
+        recorded.or(self.stand_in().map(|ego| &ego.headline))
     }
 
-    /// How long it is, seconds: the planned drive, where there is one.
+    /// How long it is, seconds: the motion of the ego that stands in, where there is one.
     #[must_use]
     pub fn seconds(&self) -> Option<f64> {
-        let planned = self.planned.as_ref().map(|(_, seconds)| *seconds);
-        planned.or(Some(self.facts()?.seconds))
+        let stand_in = self.stand_in().map(|ego| ego.seconds);
+        stand_in.or(Some(self.facts()?.seconds))
     }
 
-    /// Whether it was read, and has no ego, recorded or planned.
+    /// Whether it was read, and has no ego, recorded or standing in.
     #[must_use]
     pub fn lacks_ego(&self) -> bool {
         self.facts().is_some() && self.headline().is_none()

@@ -194,7 +194,7 @@ fn a_wrong_term_is_said_and_one_that_is_being_typed_is_not() {
     list.sort_by(Order::Measure(measure("drac").unwrap()));
     let ranked = |value| Ranked {
         value: Some(value),
-        planned: None,
+        stand_in: None,
     };
     list.rank("drac", 1, ranked(4.0));
     list.rank("drac", 0, ranked(1.0));
