@@ -133,3 +133,36 @@ fn a_damaged_parquet_file_is_called_damaged() {
         said.says(&["the file is damaged"]);
     }
 }
+
+#[test]
+fn each_road_user_may_have_a_file_of_its_own() {
+    let home = Home::new();
+    let whole = table(None);
+    home.write("whole.csv", &whole);
+    for name in ["a", "b"] {
+        let mut own = String::from("t,x,y\n");
+        for row in whole.lines().filter(|row| row.contains(name)) {
+            let _ = writeln!(own, "{}", row.replace(&format!(",{name},"), ","));
+        }
+        home.write(format!("log/{name}.csv"), own);
+    }
+    home.write("log/about.csv", "what\nnothing\n");
+    home.run(&["inspect", "log"])
+        .status(2)
+        .says(&["--columns id=file"]);
+    let one = home.run(&["inspect", "log", "--columns=id=file", "--format=csv"]);
+    let rows = one.status(0).stdout;
+    assert_eq!(rows.lines().count(), 2, "a scenario: {rows}");
+    let metrics = |of: &[&str]| {
+        let all = [&["metrics", "--format=csv"], of].concat();
+        let text = home.run(&all).status(0).stdout;
+        let rows = text.lines().skip(1).map(|row| {
+            let cells = row.split(',').skip(4);
+            cells.map(str::to_string).collect::<Vec<_>>().join(",")
+        });
+        rows.collect::<Vec<_>>()
+    };
+    let of_files = metrics(&["log/b.csv", "--columns=id=file"]);
+    assert!(of_files.len() > 1);
+    assert_eq!(of_files, metrics(&["whole.csv"]));
+}

@@ -493,19 +493,19 @@ impl Pair {
                 self.is_speed("speed after the fall", who, to, to_speed);
                 self.holds("slower", to_speed <= from_speed - 0.5 && from < to);
             }
-            Action::ChangeLanes { to } => {
+            Action::ChangeLanes { lane } => {
                 let second = (1.0 / self.dt).round() as i64;
                 let all = self.of(who);
                 let at = |step: i64| at(all, step);
                 if let (Some(before), Some(after)) = (at(steps.0 - second), at(steps.0 + second)) {
                     let (sin, cos) = before.heading.sin_cos();
                     let aside = (after.y - before.y) * cos - (after.x - before.x) * sin;
-                    let holds = match to {
+                    let holds = match lane {
                         Beside::Left => aside > 0.0,
                         Beside::Right => aside < 0.0,
                         Beside::Oncoming | Beside::Own => aside.abs() > 0.3,
                     };
-                    self.holds(&format!("to the lane {to:?}: {aside:.2} m"), holds);
+                    self.holds(&format!("to the lane {lane:?}: {aside:.2} m"), holds);
                 }
             }
             Action::NotBrake => {
@@ -607,6 +607,17 @@ fn checked(entry: &Entry, ego: &EgoSelection) -> Option<(String, Pair)> {
             pair.check(fact);
         }
     }
+    let data = serde_json::to_value(&story.sentences).unwrap();
+    let facts = data
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|s| s["facts"].as_array().unwrap());
+    let mut does = facts.filter(|fact| fact["fact"] == "does");
+    assert!(
+        does.all(|fact| fact["from"].is_number() && fact["to"].is_number()),
+        "{data}"
+    );
     let all = story.sentences.iter().flat_map(|s| &s.facts);
     let touched = all.clone().find_map(|fact| match fact {
         Fact::Contact { time, .. } => Some(*time),

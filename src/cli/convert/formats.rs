@@ -52,6 +52,9 @@ pub(super) fn commonroad(
     done.add(file, bytes);
     let said = &mut done.said;
     said.extend(read_in_words(entry, &scenario));
+    if !scenario.network.areas.is_empty() {
+        said.push(format!("{name}: drivable areas are left out"));
+    }
     let (changes, violations) = (&conformed.changes, &conformed.violations);
     if to_schema {
         let changed = alike(changes).into_iter().map(|c| format!("{name}: {c}"));

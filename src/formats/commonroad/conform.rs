@@ -410,9 +410,6 @@ fn goal(goal: &mut Goal, network: &LaneletNetwork, name: &str, report: &mut Repo
 }
 
 fn conform_network(network: &LaneletNetwork, report: &mut Report) -> LaneletNetwork {
-    if !network.areas.is_empty() {
-        report.change("drivable areas beside the lanelets were left out".into());
-    }
     let signs: Vec<Sign> = network
         .signs
         .iter()

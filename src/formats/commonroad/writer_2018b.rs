@@ -26,6 +26,7 @@ pub fn write_2018b(scenario: &Scenario) -> Result<(Vec<u8>, Vec<String>), WriteE
     let limits = network.lanelets.iter().filter_map(limit).collect();
     let others = network.signs.iter().filter(|sign| sign.limit().is_none());
     lost.add(others.count(), "traffic signs other than speed limits");
+    lost.add(network.areas.len(), "drivable areas");
     lost.add(network.lights.len(), "traffic lights");
     lost.add(network.intersections.len(), "intersections");
     let fitted = network.lanelets.iter().map(|l| lanelet(l, &mut lost));

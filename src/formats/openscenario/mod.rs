@@ -83,6 +83,9 @@ pub fn write_openscenario(export: &Export<'_>) -> Result<Exported, WriteError> {
     if matches!(export.ego, ExportedEgo::Missing) {
         sentences.push("no ego: none is recorded beside it".into());
     }
+    if !scenario.network.areas.is_empty() {
+        sentences.push("drivable areas are left out".into());
+    }
     if !scenario.planning_problems.is_empty() {
         sentences.push("goals of planning problems are properties".into());
     }

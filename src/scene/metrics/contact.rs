@@ -71,8 +71,13 @@ impl Contact {
     /// contact: a recording does not tell the way between its steps so exactly.
     #[must_use]
     pub fn uncertain_overlap(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<f64> {
+        // Ways of a region that it may be in are no ways of a body.
+        if other.obstacle.is_occupancy_at(step) {
+            return None;
+        }
         let overlaps = [step - 1, step].map(|step| Self::uncertain_after(scene, other, step));
-        overlaps.into_iter().flatten().reduce(f64::max)
+        let deepest = overlaps.into_iter().flatten().reduce(f64::max);
+        deepest.filter(|deepest| *deepest > 0.0)
     }
 
     fn uncertain_after(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<f64> {

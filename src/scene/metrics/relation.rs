@@ -28,6 +28,18 @@ pub enum Direction {
 }
 
 impl Direction {
+    /// Whether that is on the left, ahead or behind too.
+    #[must_use]
+    pub fn is_left(self) -> bool {
+        matches!(self, Self::Left | Self::FrontLeft | Self::RearLeft)
+    }
+
+    /// Whether that is on the right, ahead or behind too.
+    #[must_use]
+    pub fn is_right(self) -> bool {
+        matches!(self, Self::Right | Self::FrontRight | Self::RearRight)
+    }
+
     /// Whether that is behind, on whatever side.
     #[must_use]
     pub fn is_behind(self) -> bool {

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde::Serialize;
 
-use super::{SLOWED, STANDING, TURN};
+use super::{STANDING, TURN};
 use crate::scenario::{Lane, LaneRelation, LaneletNetwork, Motion};
 use nearmiss_base::geometry::{Vector, angle_between};
 
@@ -36,11 +36,14 @@ const BACK: f64 = 2.356;
 /// A turn to one side ends where the heading goes back by more, radians: 5°.
 const SWAY: f64 = 0.087;
 
-/// Who turns more slowly follows a bend, rad/s: 5°/s.
+/// Who turns more slowly for a second follows a bend, rad/s: 5°/s.
 const BEND: f64 = 0.087;
 
-/// A rise, a fall or a turn ends with a pause of so many seconds.
+/// A rise or fall of the speed ends with a pause of so many seconds.
 const PAUSE: f64 = 2.0;
+
+/// Who gets faster by more in between brakes anew, m/s.
+const FASTER: f64 = 0.3;
 
 /// A braking goes on after a break of so many seconds.
 const BREAK: f64 = 1.0;
@@ -80,7 +83,7 @@ pub enum Action {
     /// Its middle comes into a lane beside its own.
     ChangeLanes {
         /// Which one that is.
-        to: Beside,
+        lane: Beside,
     },
     /// Its speed falls by less than 0.5 m/s.
     NotBrake,
@@ -281,7 +284,7 @@ impl Drive {
             headings.push(headings[place] + if is_turned { by } else { 0.0 });
             ways.push(ways[place] + (to.position - from.position).norm());
         }
-        let legs = self.legs(&headings, SWAY);
+        let legs = self.legs(&headings, SWAY, (1.0, BEND));
         let turned = |(from, to): Part| headings[to] - headings[from];
         let second = self.places(1.0);
         let turns = legs.into_iter().filter_map(|leg| {
@@ -290,10 +293,7 @@ impl Drive {
                 from.saturating_sub(second),
                 (to + second).min(ways.len() - 1),
             );
-            let seconds = (self.all[to].0 - self.all[from].0) as f64 * self.dt;
-            let is_turn = turned(leg).abs() >= TURN
-                && turned(part).abs() >= BEND * seconds
-                && ways[around.1] - ways[around.0] >= LEAST_WAY;
+            let is_turn = turned(leg).abs() >= TURN && ways[around.1] - ways[around.0] >= LEAST_WAY;
             let degrees = turned(part).to_degrees();
             is_turn.then(|| self.doing(part, Action::Turn { degrees }))
         });
@@ -321,7 +321,7 @@ impl Drive {
                 break;
             }
             let side = closest(&before).filter(|side| closest(&lanes(later)) == Some(*side));
-            let to = match side {
+            let lane = match side {
                 Some(LaneRelation::Left) => Beside::Left,
                 Some(LaneRelation::Right) => Beside::Right,
                 Some(LaneRelation::Oncoming) if self.is_against(network, &before, place) => {
@@ -330,7 +330,7 @@ impl Drive {
                 Some(LaneRelation::Oncoming) => Beside::Own,
                 _ => continue,
             };
-            found.push(self.doing((place, place), Action::ChangeLanes { to }));
+            found.push(self.doing((place, place), Action::ChangeLanes { lane }));
         }
         found
     }
@@ -391,7 +391,7 @@ impl Drive {
     /// Brakings, and what else the speed falls and rises.
     fn speed_changes(&self) -> Vec<Doing> {
         let speeds: Vec<f64> = (0..self.all.len()).map(|place| self.speed(place)).collect();
-        let legs = self.legs(&speeds, NOTABLE);
+        let legs = self.legs(&speeds, NOTABLE, (PAUSE, NOTABLE / 2.0));
         let brakings = self.brakings(&speeds, &legs);
         let mut found: Vec<Doing> = { brakings.iter() }
             .map(|&(first, last)| {
@@ -476,12 +476,13 @@ impl Drive {
     /// Whether a braking goes on at a place where one brakes again.
     fn goes_on(&self, first: usize, last: usize, again: usize) -> bool {
         let seconds = (self.all[again].0 - self.all[last].0) as f64 * self.dt;
-        let faster = (last..=again).any(|place| self.speed(place) > self.speed(last) + SLOWED);
+        let faster = (last..=again).any(|place| self.speed(place) > self.speed(last) + FASTER);
         again == last + 1 || !faster && seconds <= BREAK && self.mean((first, again)) >= BRAKING
     }
 
-    /// The rises and falls of values: none has a change back by `least` in it, nor a pause.
-    fn legs(&self, values: &[f64], least: f64) -> Vec<Part> {
+    /// The rises and falls of values: none has a change back by `least` in it, nor a pause of so many seconds with a change
+    /// of less than so much.
+    fn legs(&self, values: &[f64], least: f64, pause: (f64, f64)) -> Vec<Part> {
         let mut ends: Vec<usize> = Vec::new();
         let (mut low, mut high) = (0, 0);
         let mut is_up = None;
@@ -502,17 +503,22 @@ impl Drive {
         }
         ends.extend(is_up.map(|is_up| if is_up { high } else { low }));
         let legs = ends.windows(2).map(|ends| (ends[0], ends[1]));
-        legs.flat_map(|leg| self.without_pauses(values, leg, least))
+        legs.flat_map(|leg| self.without_pauses(values, leg, pause))
             .collect()
     }
 
     /// The parts of a rise or fall around its pauses, in which it hardly changes.
-    fn without_pauses(&self, values: &[f64], (from, to): Part, least: f64) -> Vec<Part> {
-        let pause = self.places(PAUSE);
+    fn without_pauses(
+        &self,
+        values: &[f64],
+        (from, to): Part,
+        (seconds, least): (f64, f64),
+    ) -> Vec<Part> {
+        let pause = self.places(seconds);
         let (mut start, mut parts) = (from, Vec::new());
         let mut place = from;
         while place + pause <= to {
-            if (values[place + pause] - values[place]).abs() >= least / 2.0 {
+            if (values[place + pause] - values[place]).abs() >= least {
                 place += 1;
                 continue;
             }

@@ -1,8 +1,9 @@
 //! What happened: the moment that matters of a recording in at most four sentences, each of facts with numbers.
 //!
 //! A fact says no more than what can be recomputed from the recorded states of the ego and of the other road user: where
-//! they are, how fast, how much they turn and brake, when their ways overlap, how near they come. It is of 5 s before the
-//! moment to 2 s after it; an action in it is told whole. Lowest and nearest are of that time, and of the whole recording. `Story::sentences` has the facts as
+//! they are, how fast, how much they turn and brake, when their ways overlap, how near they come. It is of 5 s before
+//! the moment to 2 s after it; an action in it is told whole. Lowest and nearest are of that time, and of the whole
+//! recording. `Story::sentences` has the facts as
 //! data with their words, for pages, maps and programs.
 
 mod actions;
@@ -52,9 +53,6 @@ const TURN: f64 = 0.262;
 
 /// Directions that are nearer to each other do not cross, radians: 30°.
 const CROSSING: f64 = 0.524;
-
-/// Whose speed has fallen by more brakes already, m/s.
-const SLOWED: f64 = 0.3;
 
 /// What happened around the moment that matters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -445,9 +443,14 @@ impl<'c, 's> Telling<'c, 's> {
         is_told.then_some(Doing { steps, action })
     }
 
-    /// How fast one moves relative to the other on the way to a step by their places, where recorded speeds are far off.
+    /// How fast one moves relative to the other on the way to a step by their places, where recorded speeds are far off
+    /// around it.
     fn closing_by_places(&self, step: i64) -> Option<f64> {
-        self.speeds_off().next()?;
+        let around = (step - self.count(WHILE), step);
+        let is_off = |drive: &Drive| drive.off(around).is_some();
+        if !is_off(&self.ego) && !is_off(&self.other) {
+            return None;
+        }
         let between = |step| {
             let encounter = self.encounter(step)?;
             Some(encounter.other.pose.position - encounter.ego.pose.position)
@@ -468,24 +471,32 @@ impl<'c, 's> Telling<'c, 's> {
     /// How near they come.
     fn nearness(&self) -> Vec<Fact> {
         let contact = self.context.contacts(self.participant).first();
+        let mut facts = contact.map_or_else(|| self.nearest(), |contact| self.touch(contact));
+        facts.extend(self.speeds_off());
+        facts
+    }
+
+    /// That they touch, and since when the time to collision was short.
+    fn touch(&self, contact: &Contact) -> Vec<Fact> {
+        let touched = self.time(contact.step);
         let ttc = self.lowest_ttc(&self.window.steps());
+        let before = ttc.filter(|(step, _)| *step <= contact.step);
+        let short = before.and_then(|(step, _)| self.short_since(step));
+        // Where they touch it is short.
+        let short = short.filter(|(since, _)| is_while(self.time(*since), touched));
+        let contact = Fact::Contact {
+            time: touched,
+            closing_speed: contact.closing_speed,
+            by_places: self.closing_by_places(contact.step),
+            is_possible: contact.is_possible,
+        };
+        let short = short.map(|(since, until)| self.short_ttc(since, until));
+        short.into_iter().chain([contact]).collect()
+    }
+
+    /// The lowest time to collision and the smallest distance of those that do not touch.
+    fn nearest(&self) -> Vec<Fact> {
         let other = self.context.participants()[self.participant].obstacle;
-        if let Some(contact) = contact {
-            let touched = self.time(contact.step);
-            let before = ttc.filter(|(step, _)| *step <= contact.step);
-            let short = before.and_then(|(step, _)| self.short_since(step));
-            // Where they touch it is short.
-            let short = short.filter(|(since, _)| is_while(self.time(*since), touched));
-            let short = short.map(|(since, until)| self.short_ttc(since, until));
-            let contact = Fact::Contact {
-                time: touched,
-                closing_speed: contact.closing_speed,
-                by_places: self.closing_by_places(contact.step),
-                is_possible: contact.is_possible,
-            };
-            let facts = short.into_iter().chain([contact]);
-            return facts.chain(self.speeds_off()).collect();
-        }
         let told = self.window.steps();
         let all = self.common.first().zip(self.common.last());
         let all = all.map_or(told.clone(), |(first, last)| *first..=*last);
@@ -514,12 +525,12 @@ impl<'c, 's> Telling<'c, 's> {
                 is_outside,
             }
         }));
-        let step = self.lowest(&told, distance).map(|(step, _)| step);
         let participant = &self.context.participants()[self.participant];
         let scene = self.context.scene();
-        let overlap = step.and_then(|step| Contact::uncertain_overlap(scene, participant, step));
+        let overlap = self
+            .lowest(&all, distance)
+            .and_then(|(step, _)| Contact::uncertain_overlap(scene, participant, step));
         facts.extend(overlap.map(|overlap| Fact::Uncertain { overlap }));
-        facts.extend(self.speeds_off());
         facts
     }
 

@@ -6,13 +6,7 @@ use crate::scenario::ObstacleType;
 
 /// A road user in words: `car 30640`, `parked vehicle 309`.
 pub(super) fn name(kind: ObstacleType, id: i64) -> String {
-    let mut words = String::new();
-    for letter in kind.name().chars() {
-        if letter.is_ascii_uppercase() {
-            words.push(' ');
-        }
-        words.push(letter.to_ascii_lowercase());
-    }
+    let mut words = kind.words();
     if words == "unknown" {
         words = "obstacle".into();
     }
@@ -81,7 +75,7 @@ impl Action {
             Self::SpeedUp { .. } => "speeds up",
             Self::Turn { degrees } if *degrees > 0.0 => "turns left",
             Self::Turn { .. } => "turns right",
-            Self::ChangeLanes { to } => match to {
+            Self::ChangeLanes { lane } => match lane {
                 Beside::Left => "changes lanes to the left",
                 Beside::Right => "changes lanes to the right",
                 Beside::Oncoming => "moves into the oncoming lane",
@@ -136,8 +130,8 @@ fn moves(course: Course, place: Direction) -> &'static str {
         Course::Stands => "stands",
         Course::SameWay => "moves the same way",
         Course::Towards => "moves the opposite way",
-        Course::ToTheLeft if is_left(place) => "moves away to the left",
-        Course::ToTheRight if is_right(place) => "moves away to the right",
+        Course::ToTheLeft if place.is_left() => "moves away to the left",
+        Course::ToTheRight if place.is_right() => "moves away to the right",
         Course::ToTheLeft => "moves across from right to left",
         Course::ToTheRight => "moves across from left to right",
     }
@@ -277,15 +271,15 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
             is_possible,
         } => {
             let touch = if is_possible { "may touch" } else { "touch" };
-            // Who moves as the other does has no speed to tell.
-            let speed = match format!("{closing_speed:.1}").as_str() {
-                "0.0" => String::new(),
-                speed => format!(", with {speed} m/s relative to each other"),
+            let speed = match (format!("{closing_speed:.1}").as_str(), by_places) {
+                // Who moves as the other does has no speed to tell.
+                ("0.0", None) => String::new(),
+                (speed, None) => format!(", with {speed} m/s relative to each other"),
+                (speed, Some(by_places)) => format!(
+                    ", with {speed} m/s relative to each other as recorded and {by_places:.1} m/s by places"
+                ),
             };
-            let by_places = by_places.map_or(String::new(), |speed| {
-                format!(" as recorded and {speed:.1} m/s by places")
-            });
-            format!("at {time:.1} s they {touch}{speed}{by_places}")
+            format!("at {time:.1} s they {touch}{speed}")
         }
         Fact::Nearest {
             time,
@@ -325,16 +319,6 @@ fn least(value: f64, unit: &str, digits: usize) -> String {
     } else {
         format!("{value:.digits$} {unit}")
     }
-}
-
-fn is_left(place: Direction) -> bool {
-    use Direction::{FrontLeft, Left, RearLeft};
-    matches!(place, Left | FrontLeft | RearLeft)
-}
-
-fn is_right(place: Direction) -> bool {
-    use Direction::{FrontRight, RearRight, Right};
-    matches!(place, Right | FrontRight | RearRight)
 }
 
 /// Where the other is, seen from the ego's body.

@@ -17,7 +17,7 @@ use crate::features::scenarios::saved_views::ListViews;
 use crate::features::scenarios::tags::{ScenarioTags, TagsScreen};
 use crate::loaded::{Facts, GenerationStage, Opened, Ranked, StandInEgo, Verdicts};
 use crate::message::{Effect, Mouse, Msg};
-use crate::model::{Grouping, JobState, OpenId, Order, Pane};
+use crate::model::{Grouping, JobKind, JobState, OpenId, Order, Pane};
 use crate::tests::bench::{self, Bench};
 use crate::tests::editing::said;
 use crate::tests::making::{self, arrive, asked, dangerous, open, shown, stopped};
@@ -326,7 +326,7 @@ fn for_an_order_by_danger_the_planner_drives_who_has_no_ego() {
     let asked: Vec<_> = asked.flatten().map(|(place, _)| *place).collect();
     assert_eq!(asked, [0, 5], "once");
     assert_eq!(bench.model.list.opened, opened, "not all is known yet");
-    assert!(said(&bench).contains("until the planner has driven them"));
+    assert!(said(&bench).contains("once the planner has tried to drive them"));
     let frame = bench.frame(160, 45);
     assert!(frame.contains("no ego in 2: the planner drives"), "{frame}");
     let stand_in = headline.map(|headline| StandInEgo {
@@ -352,6 +352,47 @@ fn for_an_order_by_danger_the_planner_drives_who_has_no_ego() {
     let has_reason = |row: &str| row.contains("hit 10.0 m/s") && row.contains(" 0X");
     assert!(row.is_some_and(has_reason), "{frame}");
     assert!(frame.contains("no ego in 1 "), "{frame}");
+}
+
+#[test]
+fn an_order_that_needs_no_drives_ends_them_and_keeps_what_was_driven() {
+    let mut bench = surveyed();
+    bench.press("down down down");
+    let take = |row: usize, bench: &mut Bench| {
+        let facts = bench.model.list.rows[row].facts.as_mut();
+        facts.unwrap().as_mut().unwrap().headline.take()
+    };
+    let headline = take(0, &mut bench);
+    take(5, &mut bench);
+    bench.press("space l s enter");
+    bench.send(Msg::Drawing);
+    bench.effects.clear();
+    bench.press("space l s enter");
+    assert_eq!(bench.model.list.order, Order::Found);
+    let stops = |e: &Effect| matches!(e.request(), Some(Rank::Stop));
+    assert!(bench.effects.iter().any(stops));
+    let mut jobs = bench.model.jobs.all.iter();
+    assert!(!jobs.any(|job| job.is_running() && matches!(job.kind, JobKind::Ranking(_))));
+    let stand_in = headline.map(|headline| StandInEgo {
+        obstacle: None,
+        headline,
+        seconds: 3.0,
+    });
+    let late = Ranked {
+        value: None,
+        stand_in,
+    };
+    bench.send(Msg::reply::<Rank>(("severity", 0, late)));
+    bench.press("space l s enter");
+    bench.send(Msg::Drawing);
+    let asked = bench.effects.iter().find_map(|e| match e.request() {
+        Some(Rank::All("severity", entries)) => Some(entries.iter().map(|(place, _)| *place)),
+        _ => None,
+    });
+    assert!(asked.unwrap().eq([5]), "the ego of the first is known");
+    assert!(bench.model.list.leads);
+    bench.press("space o j x");
+    assert!(!bench.model.list.leads, "nothing opens after a cancel");
 }
 
 #[test]

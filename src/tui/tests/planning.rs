@@ -765,7 +765,7 @@ fn the_list_keeps_what_was_computed_where_no_ego_is_recorded() {
     bench.press("space l s");
     bench.type_text("severity");
     bench.press("enter");
-    let words = "until the planner has driven them";
+    let words = "once the planner has tried to drive them";
     assert!(said(&bench).contains(words), "{}", said(&bench));
     bench.press("down");
     let place = bench.model.list.opened.unwrap();

@@ -196,16 +196,17 @@ fn leave(model: &mut Model) -> Vec<Effect> {
         1 => Some("1 variant is not saved".to_string()),
         n => Some(format!("{n} variants are not saved")),
     };
-    let then = match (&questions, model.generation.unsaved()) {
-        (Some(_), _) => "cancels and quits",
-        (None, 0 | 1) => "quits without it",
-        (None, _) => "quits without them",
-    };
+    let asks = questions.is_some();
     let draft = lost.then(|| "the draft cannot be kept".to_string());
     let what: Vec<String> = [questions, draft, variants].into_iter().flatten().collect();
     if what.is_empty() {
         return quit(model);
     }
+    let then = match what.len().max(model.generation.unsaved()) {
+        _ if asks => "cancels and quits",
+        1 => "quits without it",
+        _ => "quits without them",
+    };
     let key = model.look.key(Action::Quit);
     twice(model, format!("{}; {key} again {then}", what.join(", ")))
 }

@@ -161,7 +161,7 @@ pub fn map() -> String {
     );
     let area = line(&[(-5.0, -4.0), (95.0, -4.0), (95.0, 8.0)]);
     format!(
-        "{{\"lane_segments\":{{{own},{oncoming},{next}}},\"pedestrian_crossings\":{{{crossing}}},\"drivable_areas\":{{\"1\":{{\"id\":1,\"area_boundary\":{area}}}}}}}"
+        "{{\"lane_segments\":{{{own},{oncoming},{next}}},\"pedestrian_crossings\":{{{crossing}}},\"drivable_areas\":{{\"1\":{{\"id\":1,\"area_boundary\":{area}}},\"2\":{{\"id\":2}}}}}}"
     )
 }
 
@@ -194,6 +194,7 @@ fn a_scenario_is_read_with_its_map() {
         "track 900 is the focal track",
         "no sizes given",
         "bus 12 m × 2.6 m",
+        "drivable_areas/2: no boundary of three points",
         "beyond the map left out: 1",
     ] {
         assert!(said.contains(words), "{words}: {said}");

@@ -266,9 +266,17 @@ impl Archive {
                 .push(lane_shape::between(ids.keep(said.id), left, right));
         }
         for (key, value) in &self.areas.0 {
-            let at = own.at(format!("drivable_areas/{key}"));
-            map.areas
-                .push(points(&at, &element::<Area>(&at, value)?.area_boundary)?.0);
+            let place = format!("drivable_areas/{key}");
+            let at = own.at(place.clone());
+            let ring = element::<Area>(&at, value)
+                .and_then(|area| Ok(points(&at, &area.area_boundary)?.0));
+            match ring {
+                Ok(ring) if ring.len() > 2 => map.areas.push(ring),
+                // They are only drawn.
+                _ => report
+                    .at(place)
+                    .warn("no boundary of three points; left out"),
+            }
         }
         Ok(map)
     }

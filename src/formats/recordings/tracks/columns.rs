@@ -458,7 +458,7 @@ impl Columns {
             format!("found: {self}; ")
         };
         let one = if missing.len() == 1 && !self.of.contains_key(&Role::Id) {
-            "; if each road user has a file of its own, give each a column id and join them"
+            "; if each road user has a file of its own in a folder: --columns id=file"
         } else {
             ""
         };

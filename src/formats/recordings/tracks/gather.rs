@@ -29,6 +29,8 @@ pub struct Rows {
     pub(super) incomplete: (usize, u32),
     /// Which rows are taken; else all.
     pub(super) only: Option<Slice>,
+    /// Who is in a table that has no column for it.
+    pub(super) whose: String,
 }
 
 /// Some rows of a table.
@@ -147,7 +149,10 @@ impl Rows {
             let track = match known.get(&[id, scenario, mode]) {
                 Some(track) => *track,
                 None => {
-                    let name = plain_number(text(ids, row));
+                    let name = match ids {
+                        Some(_) => plain_number(text(ids, row)),
+                        None => self.whose.clone(),
+                    };
                     let named = Named {
                         name: match modes {
                             Some(_) => format!("{name}{MODE}{}", text(modes, row)),

@@ -97,7 +97,8 @@ pub fn outline(
     let is_large = match &plan.written {
         Written::Text(layout, packing) => {
             let has_lines = layout.form != text::Form::JsonArray;
-            has_lines && *packing == super::Packing::Plain && bytes > LARGE_TEXT
+            let is_plain = *packing == super::Packing::Plain && !plan.is_of_one;
+            has_lines && is_plain && bytes > LARGE_TEXT
         }
         Written::Columns(arrow::Form::Parquet) => {
             let groups = arrow::row_groups(path).unwrap_or_default();

@@ -116,7 +116,12 @@ struct Plan {
     map: Option<PathBuf>,
     /// Who says which column is what.
     by: String,
+    /// Each road user has a file of its own.
+    is_of_one: bool,
 }
+
+/// `id=file` says that each road user has a file of its own, named as it is, where no column is called so.
+const FILE: &str = "file";
 
 impl Plan {
     /// For a file that begins with `head` and the wanted roles of its columns; nothing where it is no table of tracks.
@@ -152,11 +157,19 @@ impl Plan {
             rate: options.rate,
             map: options.map.clone(),
             by: "names".into(),
+            is_of_one: false,
             names,
         };
         if let Some(columns) = &options.columns {
-            let (own, missing) = columns.clone().only(is_wanted).in_table(&plan.names, true);
+            let said = columns.clone().only(is_wanted);
+            let by_file = said.of.get(&Role::Id).is_some_and(|id| id.column == FILE);
+            let (own, mut missing) = said.in_table(&plan.names, true);
+            plan.is_of_one = by_file && missing.iter().any(|name| name == FILE);
             plan.columns = own.or(plan.columns);
+            if plan.is_of_one {
+                missing.retain(|name| name != FILE);
+                plan.columns.of.remove(&Role::Id);
+            }
             plan.missing = missing;
             plan.by = "--columns".into();
             return Some(plan);
@@ -193,6 +206,7 @@ impl Plan {
             rate: None,
             map: options.map.clone(),
             by: known::ESMINI.source.into(),
+            is_of_one: false,
         }
     }
 
@@ -215,7 +229,30 @@ impl Plan {
 
     /// Whether all that the user names is there, and enough for tracks.
     fn is_whole(&self) -> bool {
-        self.missing.is_empty() && self.columns.is_enough()
+        let lacks: &[&str] = if self.is_of_one { &["id"] } else { &[] };
+        self.missing.is_empty() && self.columns.missing() == lacks
+    }
+
+    /// The files of the road users of a recording, by name, of which one is at `path`; until the first where only that is
+    /// asked for.
+    fn of_each(&self, path: &Path, options: &TableOptions, only_first: bool) -> Vec<PathBuf> {
+        let folder = path.parent().filter(|folder| *folder != Path::new(""));
+        let files = std::fs::read_dir(folder.unwrap_or(Path::new(".")));
+        let files = files.into_iter().flatten().flatten();
+        let mut files: Vec<PathBuf> = { files }
+            .map(|file| path.with_file_name(file.file_name()))
+            .collect();
+        files.retain(|file| file.extension() == path.extension());
+        files.sort();
+        let report = Report::about(path.display().to_string());
+        let is_of_one = |file: &PathBuf| {
+            let plan = Self::of_file(file, options, &report, Role::is_of_recordings);
+            matches!(plan, Ok(Some(plan)) if plan.is_of_one && plan.is_whole())
+        };
+        let found = files.into_iter().filter(is_of_one);
+        found
+            .take(if only_first { 1 } else { usize::MAX })
+            .collect()
     }
 
     /// Why it cannot be read, if it cannot.
@@ -231,11 +268,11 @@ impl Plan {
             )));
         }
         match self.columns.lacking() {
-            None => Ok(()),
-            Some(lacking) => {
+            Some(lacking) if !self.is_whole() => {
                 let names = shown(&self.names);
                 Err(report.fail(format!("the table has {names}; {lacking}")))
             }
+            _ => Ok(()),
         }
     }
 
@@ -254,6 +291,8 @@ impl Plan {
     /// Adds the rows of a file.
     fn rows(&self, path: &Path, report: &Report, rows: &mut Rows) -> Result<(), ReadError> {
         let (roles, wanted) = self.wanted();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        rows.whose = name.into_owned();
         let mut take = |batch| rows.add(&roles, batch);
         let read = match &self.written {
             Written::Columns(form) => form.read(path, &wanted, &mut take),
@@ -442,8 +481,13 @@ fn outline(path: &Path) -> Result<Option<Arc<Outline>>, ReadError> {
 fn read(path: &Path) -> Result<Arc<Table>, ReadError> {
     let report = Report::about(path.display().to_string());
     let plan = plan(path, &report)?;
-    let beside = plan.known.and_then(|known| known.beside?(path));
-    let files: Vec<&Path> = std::iter::once(path).chain(beside.as_deref()).collect();
+    let all = if plan.is_of_one {
+        plan.of_each(path, options(), false)
+    } else {
+        let beside = plan.known.and_then(|known| known.beside?(path));
+        std::iter::once(path.to_path_buf()).chain(beside).collect()
+    };
+    let files: Vec<&Path> = all.iter().map(PathBuf::as_path).collect();
     cached(&files, || Table::read(plan, &files, options(), &report))
 }
 
@@ -723,6 +767,7 @@ impl Format for Tables {
         let is_beside = |plan: &Plan| {
             matches!(plan.written, Written::Log(_)) && path.with_extension("xosc").is_file()
                 || plan.known.is_some_and(|known| known.is_beside(path))
+                || plan.is_of_one && plan.of_each(path, options(), true) != [path]
                 || path.with_file_name(crate::ego::RECORDING).is_file()
         };
         // The log of a scenario, the other table of a recording and results of an ego are read with it.

@@ -10,7 +10,7 @@ use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome};
 
 /// The facts of these scenarios are asked for, instead of others.
 pub fn begin_survey(model: &mut Model, entries: &[(usize, Entry)]) {
-    supersede(model, |kind| kind == JobKind::Survey);
+    supersede(model, "restarted", |kind| kind == JobKind::Survey);
     let title = "the most dangerous moments of all scenarios";
     begin(model, JobKind::Survey, title.into(), entries);
 }
@@ -34,12 +34,21 @@ pub fn extend_survey(model: &mut Model, entries: &[(usize, Entry)]) {
 
 /// What these scenarios are sorted by is asked for, instead of another order.
 pub fn begin_ranking(model: &mut Model, order: &'static str, entries: &[(usize, Entry)]) {
-    supersede(model, |kind| matches!(kind, JobKind::Ranking(_)));
+    supersede(model, "restarted", |kind| {
+        matches!(kind, JobKind::Ranking(_))
+    });
     let title = match model.list.ranking() {
         Some(measure) => format!("{} of all scenarios", measure.id),
         None => format!("{order} of scenarios without an ego: the planner drives"),
     };
     begin(model, JobKind::Ranking(order), title, entries);
+}
+
+/// The order needs nothing of what was asked for.
+pub fn end_ranking(model: &mut Model) {
+    supersede(model, "sorted by something else", |kind| {
+        matches!(kind, JobKind::Ranking(_))
+    });
 }
 
 /// Work on these scenarios begins.
@@ -51,12 +60,12 @@ fn begin(model: &mut Model, kind: JobKind, title: String, entries: &[(usize, Ent
     model.jobs.add(job);
 }
 
-/// The same is asked for anew: what was on its way stops.
-fn supersede(model: &mut Model, kinds: impl Fn(JobKind) -> bool) {
+/// Something else is wanted: what was on its way stops, with the reason.
+fn supersede(model: &mut Model, why: &str, kinds: impl Fn(JobKind) -> bool) {
     let now = model.uptime;
     for job in model.jobs.all.iter_mut() {
         if job.is_running() && kinds(job.kind) {
-            job.end(JobState::Cancelled("restarted".into()), now);
+            job.end(JobState::Cancelled(why.into()), now);
         }
     }
 }

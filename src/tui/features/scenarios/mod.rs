@@ -379,7 +379,7 @@ impl Choice for Orders {
         let measured = matches!(order, Order::Severity | Order::Measure(_));
         if measured && model.list.without_ego().is_some() {
             model.say(
-                "scenarios without an ego come last until the planner has driven them; then the first opens",
+                "scenarios without an ego come last; the first opens once the planner has tried to drive them",
             );
         }
         Step::Close(ranking(model).into_iter().collect())

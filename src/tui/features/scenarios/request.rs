@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use crate::features::jobs::notes;
 use crate::loaded::{Facts, Ranked, Verdicts};
 use crate::message::Effect;
-use crate::model::{JobKind, Model};
+use crate::model::{Job, JobKind, Model};
 use crate::request::{Replies, Request};
 use crate::services::{Queue, Services};
 use crate::session::SavedLocation;
@@ -176,8 +176,9 @@ impl Request for Rank {
     type Reply = (&'static str, usize, Ranked);
 
     fn sent(&self, model: &mut Model) {
-        if let Self::All(order, entries) = self {
-            notes::begin_ranking(model, order, entries);
+        match self {
+            Self::All(order, entries) => notes::begin_ranking(model, order, entries),
+            Self::Stop => notes::end_ranking(model),
         }
     }
 
@@ -205,11 +206,18 @@ impl Request for Rank {
     }
 }
 
-/// The values that the list is sorted by, where they are not known with the facts.
+/// The values that the list is sorted by, where they are not known with the facts; else an end of what is worked out for
+/// another order.
 #[must_use]
 pub fn ranking(model: &Model) -> Option<Effect> {
-    let measure = model.list.ranking()?;
-    Some(Rank::All(measure.id, model.list.entries()).into())
+    let list = &model.list;
+    if let Some(measure) = list.ranking() {
+        return Some(Rank::All(measure.id, list.entries()).into());
+    }
+    let of_another = |job: &Job| matches!(job.kind, JobKind::Ranking(of) if of != list.order.id());
+    let mut jobs = model.jobs.all.iter();
+    jobs.any(|job| job.is_running() && of_another(job))
+        .then(|| Rank::Stop.into())
 }
 
 /// Stored verdicts, yes or no, without the built-in judge's own answers.

@@ -483,7 +483,7 @@ fn a_table_that_lacks_columns_says_which() {
     }
     let said = refused("time,x,y,heading\n0,1,2,3\n");
     assert!(
-        said.contains("missing: id;") && said.contains("join them"),
+        said.contains("missing: id;") && said.contains("--columns id=file"),
         "{said}"
     );
     let said = refused("time,a.x,a.y,b.x,b.y\n0,1,2,3,4\n");

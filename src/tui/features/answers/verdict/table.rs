@@ -6,7 +6,7 @@ use unicode_width::UnicodeWidthStr;
 
 use super::super::obstacles::{foremost_scores, names_right};
 use crate::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
-use crate::widgets::words::{duration, fit, fit_middle, pad, short_techniques, thousands};
+use crate::widgets::words::{duration, fit, fit_end, fit_middle, pad, short_techniques, thousands};
 use nearmiss_scene::verdict::{Task, Verdict};
 use nearmiss_store::Origin;
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
@@ -292,10 +292,18 @@ impl<'a> Table<'a> {
             let room = self.width.saturating_sub(1);
             let brief = words.replace("+tools", "+t");
             let short = [&words, &brief].map(|words| short_techniques(words));
-            let forms = [&words, &short[0], &brief, &short[1]];
+            // The word for all techniques is that of the options.
+            let least = brief.replace("cp+cot+icl", "all");
+            let forms = [&words, &short[0], &brief, &short[1], &least];
             let fitting = forms.into_iter().find(|words| words.width() <= room);
             let style = Style::new().fg(self.model.theme.dim);
-            self.cell(row, &fit_middle(fitting.unwrap_or(&brief), room), style);
+            let cell = match (fitting, row) {
+                (Some(words), _) => words.clone(),
+                // The last technique stays whole, and whether it had tools.
+                (None, Row::How) => fit_end(&least, room),
+                (None, _) => fit_middle(&words, room),
+            };
+            self.cell(row, &cell, style);
         }
     }
 

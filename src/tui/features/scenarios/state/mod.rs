@@ -278,7 +278,8 @@ impl List {
         }
         self.driven = true;
         let rows = self.rows.iter().enumerate();
-        rows.filter(|(_, row)| row.lacks_ego())
+        // Where the planner failed before, it is not asked again.
+        rows.filter(|(_, row)| row.lacks_ego() && row.value.is_none())
             .map(|(place, row)| (place, row.entry.clone()))
             .collect()
     }
@@ -299,12 +300,12 @@ impl List {
         self.stale = true;
     }
 
-    /// What a scenario is sorted by is known; that of another order is too late.
+    /// What a scenario is sorted by is known; the value of another order is too late, the ego is the same in all.
     pub fn rank(&mut self, order: &str, place: usize, ranked: Ranked) {
-        if self.order.id() == order
-            && let Some(row) = self.rows.get_mut(place)
-        {
-            row.value = Some(ranked.value);
+        if let Some(row) = self.rows.get_mut(place) {
+            if self.order.id() == order {
+                row.value = Some(ranked.value);
+            }
             // The user's own drive stays.
             row.stand_in = row.stand_in.take().or(ranked.stand_in);
             self.stale = true;

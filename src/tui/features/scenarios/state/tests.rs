@@ -319,6 +319,25 @@ fn orders_hold_while_rows_arrive_and_the_selection_stays() {
 }
 
 #[test]
+fn where_the_planner_failed_it_is_not_asked_again_when_more_come() {
+    let mut list = four();
+    list.sort_by(Order::Severity);
+    let lacking = |list: &mut List| -> Vec<usize> {
+        let asked = list.lacking_egos().into_iter();
+        asked.map(|(place, _)| place).collect()
+    };
+    assert_eq!(lacking(&mut list), [2]);
+    list.rank("severity", 2, Ranked::default());
+    list.append(Entry::of_file(Path::new("c/variant.xml")));
+    let alone = Facts {
+        headline: None,
+        ..facts(5.0, &[], 0, 0)
+    };
+    list.survey(4, Ok(alone));
+    assert_eq!(lacking(&mut list), [4]);
+}
+
+#[test]
 fn what_changes_nothing_on_the_screen_is_not_sorted_anew() {
     let mut list = list(&["a.xml", "b.xml"]);
     list.survey(0, Ok(facts(1.0, &[], 0, 0)));
