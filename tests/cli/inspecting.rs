@@ -485,7 +485,7 @@ fn what_is_not_read_is_told_by_name() {
     home.write("each/bert.csv", "time,x,y\n0,1,2\n");
     let said = home.run(&["inspect", "each"]).status(2).stderr;
     assert!(
-        said.contains("2 files skipped") && said.contains("join them"),
+        said.contains("2 files skipped") && said.contains("--columns id=file"),
         "{said}"
     );
 }

@@ -10,6 +10,9 @@ use super::*;
 
 const SIZE: (f64, f64) = (120.0, 80.0);
 
+/// So fine that the thinnest lines are wider than a pixel: of thinner ones the rasteriser moves where they show.
+const FINE: f64 = 288.0;
+
 fn color() -> Color {
     Color::hex(0x103060)
 }
@@ -34,7 +37,7 @@ fn items(points: &[Spot], width: f64) -> Vec<Item> {
 }
 
 /// The share of pixels that are clearly different from every pixel around the same place of the other picture. The
-/// rasteriser shifts very thin lines by up to half a pixel depending on how long they are; what is missing shows.
+/// rasteriser shifts thin lines by up to half a pixel depending on how long they are; what is missing shows.
 fn difference(a: &Pixmap, b: &Pixmap) -> f64 {
     let one_way = |a: &Pixmap, b: &Pixmap| {
         let (width, height) = (a.width(), a.height());
@@ -71,8 +74,8 @@ proptest! {
         let page = Area { x: 0.0, y: 0.0, width: SIZE.0, height: SIZE.1 };
         for item in items(&points, width) {
             let cut = cut(&item, &page, 1.0).unwrap_or_else(|| vec![item.clone()]);
-            let whole = pixels(&picture(vec![item.clone()]), 72.0).unwrap();
-            let after = pixels(&picture(cut), 72.0).unwrap();
+            let whole = pixels(&picture(vec![item.clone()]), FINE).unwrap();
+            let after = pixels(&picture(cut), FINE).unwrap();
             let differs = difference(&whole, &after);
             prop_assert!(differs < 0.005, "{differs} of the page: {item:?}");
         }

@@ -522,9 +522,11 @@ impl Drive {
                 place += 1;
                 continue;
             }
-            // What little changes in the pause ends the part before it.
-            place += pause;
-            parts.push((start, place));
+            if start < place {
+                // What little changes in the pause ends the part before it.
+                parts.push((start, place + pause));
+            }
+            place += 1;
             start = place;
         }
         parts.push((start, to));

@@ -384,13 +384,17 @@ impl<'c, 's> Telling<'c, 's> {
         told.chain(pass).collect()
     }
 
-    /// The steps in which what goes on tells most.
+    /// The steps in which what goes on tells most: shortly before the moment, and before what is lowest.
     fn late(&self, short: Option<(i64, i64)>) -> (i64, i64) {
-        let late = self.moment - self.count(LATE);
-        (
-            short.map_or(late, |(since, _)| since.min(late)),
-            self.moment,
-        )
+        let told = self.window.steps();
+        let nearest = self.lowest(&told, |step| Some(self.encounter(step)?.distance()));
+        let lowest = [self.lowest_ttc(&told), nearest].into_iter().flatten();
+        let steps = lowest.map(|(step, _)| step).chain([self.moment]);
+        let (first, last) = steps.fold((i64::MAX, i64::MIN), |(first, last), step| {
+            (first.min(step), last.max(step))
+        });
+        let since = first - self.count(LATE);
+        (short.map_or(since, |(short, _)| short.min(since)), last)
     }
 
     fn count(&self, seconds: f64) -> i64 {

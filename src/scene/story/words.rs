@@ -295,7 +295,7 @@ fn clause(subject: &str, fact: &Fact, same: bool, again: bool, facts: &[Fact]) -
             }
         }
         Fact::Uncertain { overlap } => format!(
-            "between the steps around it straight ways would overlap by {}, less than is certain there",
+            "whether they touch between two steps is not certain: on straight ways they would, by {}",
             least(overlap, "m", 2)
         ),
         Fact::SpeedsOff { who, by } => {

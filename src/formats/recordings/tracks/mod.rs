@@ -237,11 +237,10 @@ impl Plan {
     /// asked for.
     fn of_each(&self, path: &Path, options: &TableOptions, only_first: bool) -> Vec<PathBuf> {
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
-        let files = std::fs::read_dir(folder.unwrap_or(Path::new(".")));
-        let files = files.into_iter().flatten().flatten();
-        let mut files: Vec<PathBuf> = { files }
-            .map(|file| path.with_file_name(file.file_name()))
-            .collect();
+        let found = std::fs::read_dir(folder.unwrap_or(Path::new(".")));
+        let found = found.into_iter().flatten().flatten();
+        let named = found.map(|file| path.with_file_name(file.file_name()));
+        let mut files: Vec<PathBuf> = named.collect();
         files.retain(|file| file.extension() == path.extension());
         files.sort();
         let report = Report::about(path.display().to_string());
@@ -291,8 +290,11 @@ impl Plan {
     /// Adds the rows of a file.
     fn rows(&self, path: &Path, report: &Report, rows: &mut Rows) -> Result<(), ReadError> {
         let (roles, wanted) = self.wanted();
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        rows.whose = name.into_owned();
+        rows.whose = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into();
         let mut take = |batch| rows.add(&roles, batch);
         let read = match &self.written {
             Written::Columns(form) => form.read(path, &wanted, &mut take),
