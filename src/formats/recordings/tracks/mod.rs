@@ -233,25 +233,21 @@ impl Plan {
         self.missing.is_empty() && self.columns.missing() == lacks
     }
 
-    /// The files of the road users of a recording, by name, of which one is at `path`; until the first where only that is
-    /// asked for.
-    fn of_each(&self, path: &Path, options: &TableOptions, only_first: bool) -> Vec<PathBuf> {
+    /// The files of the road users of a recording of which one is at `path`, by name.
+    fn of_each(path: &Path, options: &TableOptions) -> impl Iterator<Item = PathBuf> {
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
         let found = std::fs::read_dir(folder.unwrap_or(Path::new(".")));
         let found = found.into_iter().flatten().flatten();
         let named = found.map(|file| path.with_file_name(file.file_name()));
-        let mut files: Vec<PathBuf> = named.collect();
-        files.retain(|file| file.extension() == path.extension());
+        let mut files: Vec<PathBuf> = named
+            .filter(|file| file.extension() == path.extension())
+            .collect();
         files.sort();
         let report = Report::about(path.display().to_string());
-        let is_of_one = |file: &PathBuf| {
+        files.into_iter().filter(move |file| {
             let plan = Self::of_file(file, options, &report, Role::is_of_recordings);
             matches!(plan, Ok(Some(plan)) if plan.is_of_one && plan.is_whole())
-        };
-        let found = files.into_iter().filter(is_of_one);
-        found
-            .take(if only_first { 1 } else { usize::MAX })
-            .collect()
+        })
     }
 
     /// Why it cannot be read, if it cannot.
@@ -483,8 +479,8 @@ fn outline(path: &Path) -> Result<Option<Arc<Outline>>, ReadError> {
 fn read(path: &Path) -> Result<Arc<Table>, ReadError> {
     let report = Report::about(path.display().to_string());
     let plan = plan(path, &report)?;
-    let all = if plan.is_of_one {
-        plan.of_each(path, options(), false)
+    let all: Vec<PathBuf> = if plan.is_of_one {
+        Plan::of_each(path, options()).collect()
     } else {
         let beside = plan.known.and_then(|known| known.beside?(path));
         std::iter::once(path.to_path_buf()).chain(beside).collect()
@@ -769,7 +765,7 @@ impl Format for Tables {
         let is_beside = |plan: &Plan| {
             matches!(plan.written, Written::Log(_)) && path.with_extension("xosc").is_file()
                 || plan.known.is_some_and(|known| known.is_beside(path))
-                || plan.is_of_one && plan.of_each(path, options(), true) != [path]
+                || plan.is_of_one && Plan::of_each(path, options()).next().as_deref() != Some(path)
                 || path.with_file_name(crate::ego::RECORDING).is_file()
         };
         // The log of a scenario, the other table of a recording and results of an ego are read with it.
