@@ -139,8 +139,7 @@ async fn workbench(
     }
     model.recall.hint = !tour && is_new(&folders, store.as_deref());
     let (sender, receiver) = unbounded_channel();
-    let (watched, told) = (folders.clone(), sender.clone());
-    std::thread::spawn(move || reload::watch(&watched, stamps, &told));
+    tokio::spawn(reload::watch(folders.clone(), stamps, sender.clone()));
     let services = Services::new(
         sender,
         folders,
