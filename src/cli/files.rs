@@ -1,60 +1,12 @@
-//! Files of scenarios: which one and which ego a row of a table is about, and those that only lie beside a scenario.
+//! Files of scenarios: how tables call them, and those that only lie beside a scenario.
 
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use nearmiss_formats::Entry;
-use nearmiss_scene::scenario::{ContentHash, Scene};
 
-use super::output::{self, Cell, Column, Kind};
+use super::output;
 use super::{Failure, Outcome};
-
-/// Digits of a hash that tell files apart, as elsewhere.
-const DIGITS: usize = 12;
-
-/// The beginning of a file's hash, as tables have it.
-pub fn short_hash(hash: &ContentHash) -> String {
-    hash.to_string().chars().take(DIGITS).collect()
-}
-
-/// The scenario, its file and its ego, for the rows about it.
-#[derive(Debug, Clone)]
-pub struct RowFile([Cell; 4]);
-
-impl RowFile {
-    /// The columns.
-    pub const COLUMNS: [Column; 4] = [
-        Column::new(
-            "scenario",
-            Kind::Text,
-            "",
-            "the file's name without its ending",
-        ),
-        Column::new("file", Kind::Text, "", "path as it was found"),
-        Column::new(
-            "hash",
-            Kind::Text,
-            "",
-            "first 12 digits of the SHA-256 of the scenario's content",
-        ),
-        Column::new("ego", Kind::Text, "", "where the ego's motion is from"),
-    ];
-
-    /// That of a scene.
-    pub fn new(entry: &Entry, scene: &Scene) -> Self {
-        Self([
-            output::visible(&entry.name).into(),
-            output::visible(&entry.display()).into(),
-            short_hash(&scene.scenario.hash).into(),
-            output::visible(&scene.ego.source.short()).into(),
-        ])
-    }
-
-    /// The cells under [`Self::COLUMNS`].
-    pub fn cells(&self) -> [Cell; 4] {
-        self.0.clone()
-    }
-}
 
 /// The files of scenarios that are read, which are never written over.
 #[derive(Debug)]

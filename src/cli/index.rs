@@ -7,22 +7,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use nearmiss_formats::Entry;
-use nearmiss_scene::corpus::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
-use nearmiss_scene::metrics::{
-    Measure, SEVERITY_NAMES, Thresholds, measure, measures, own_formulas,
-};
-use nearmiss_scene::scenario::Scenario;
+use nearmiss_scene::corpus::IndexOptions;
+use nearmiss_scene::metrics::{Measure, Thresholds, measures, own_formulas};
 use nearmiss_settings::Folders;
 use nearmiss_workflow::INDEX_RADIUS;
 use nearmiss_workflow::journal::RunSettings;
+use nearmiss_workflow::tables::{INDEX_MEASURES, default_index_options, index_table, window_rows};
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use super::ending::interrupted;
 use super::many_files::ManyFiles;
-use super::metrics::rounded;
 use super::open::{found, named_measure, user_thresholds};
-use super::output::{self, Cell, Column, Kind, Row, Table};
+use super::output::{self, Row};
 use super::parts::{Measured, PartsOutcome, PartsRequest, write};
 use super::{Failure, Outcome};
 
@@ -44,10 +40,10 @@ pub struct Index {
     #[command(flatten)]
     many: ManyFiles,
     /// Length of a window, seconds.
-    #[arg(long, value_name = "S", default_value_t = LENGTH, value_parser = positive)]
+    #[arg(long, value_name = "S", default_value_t = default_index_options().length, value_parser = positive)]
     length: f64,
     /// Seconds from the start of a window to that of the next.
-    #[arg(long, value_name = "S", default_value_t = STRIDE, value_parser = positive)]
+    #[arg(long, value_name = "S", default_value_t = default_index_options().stride, value_parser = positive)]
     stride: f64,
     /// Leave out pairs whose centres are farther apart throughout a window, metres.
     #[arg(long, value_name = "M", default_value_t = INDEX_RADIUS, value_parser = positive)]
@@ -58,19 +54,11 @@ pub struct Index {
         long,
         value_name = "MEASURE",
         value_delimiter = ',',
-        default_value = DEFAULT_MEASURES,
+        default_value = INDEX_MEASURES,
         value_parser = named
     )]
     measure: Vec<Named>,
 }
-
-/// Length of a window and of the stride to the next, seconds, unless others are said.
-const LENGTH: f64 = 2.0;
-
-const STRIDE: f64 = 1.0;
-
-/// The measures of a window unless others are named.
-const DEFAULT_MEASURES: &str = "distance,risk,ttc,ttc_lane,drac,time_gap,btn,stn,pet,rss_margin";
 
 /// A measure, or all of them.
 #[derive(Debug, Clone, Copy)]
@@ -106,16 +94,6 @@ impl Index {
             })
         };
         measures().filter(wanted).collect()
-    }
-}
-
-/// What a window is measured by unless something else is said.
-pub fn default_options() -> IndexOptions {
-    IndexOptions {
-        length: LENGTH,
-        stride: STRIDE,
-        radius: INDEX_RADIUS,
-        measures: DEFAULT_MEASURES.split(',').filter_map(measure).collect(),
     }
 }
 
@@ -163,7 +141,7 @@ pub fn request<'a>(
 
 /// The windows of a scenario.
 pub fn measured(entry: &Entry, options: &IndexOptions, thresholds: &Thresholds) -> Measured {
-    let (said, rows) = window_rows(entry, options, thresholds);
+    let (said, rows) = indexed(entry, options, thresholds);
     Measured { said, rows }
 }
 
@@ -202,66 +180,8 @@ pub fn run(arguments: &Index) -> Outcome {
     done.end("indexed")
 }
 
-/// The columns before those of measures.
-fn fixed_columns() -> Vec<Column> {
-    let text = |name, source| Column::new(name, Kind::Text, "", source);
-    let integer = |name, source| Column::new(name, Kind::Integer, "", source);
-    let seconds = |name, source| Column::new(name, Kind::Number, "s", source);
-    vec![
-        text("scenario", "the file's name without its ending"),
-        text("file", "path as it was found"),
-        text("sha256", "hash of the file"),
-        text(
-            "ego_source",
-            "recorded: the ego beside the scenario; obstacle: one of its obstacles",
-        ),
-        integer("ego_id", "id of the ego"),
-        integer("obstacle_id", "id in the scenario"),
-        text("obstacle_type", "type in the scenario"),
-        integer("first_step", "first step with both"),
-        integer("last_step", "last step with both"),
-        seconds("start", "time of the first step"),
-        seconds("end", "time of the last step"),
-        text("manoeuvre", "what the obstacle does to the ego"),
-        text("road", "kind of road under the ego at the last step"),
-        integer(
-            "severity",
-            "severity of the most severe step, 0 (contact) to 5 (none)",
-        ),
-        text("severity_name", "name of that number"),
-        integer("worst_step", "that step"),
-    ]
-}
-
-/// The table.
-fn index_table(options: &IndexOptions, thresholds: &Thresholds) -> Table {
-    let measures = options
-        .measures
-        .iter()
-        .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
-    let mut table = Table::new(
-        "windows",
-        fixed_columns().into_iter().chain(measures).collect(),
-    );
-    let columns = table
-        .columns
-        .iter()
-        .map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
-    let changes = json!(thresholds.change_words());
-    table.metadata = vec![
-        ("version", env!("CARGO_PKG_VERSION").into()),
-        ("columns", columns.collect::<Value>().to_string()),
-        ("severities", SEVERITY_NAMES.join(",")),
-        ("window", options.length.to_string()),
-        ("stride", options.stride.to_string()),
-        ("radius", options.radius.to_string()),
-        ("thresholds_changed", changes.to_string()),
-    ];
-    table
-}
-
 /// The rows of a scenario, and what is doubtful about its ego.
-fn window_rows(
+fn indexed(
     entry: &Entry,
     options: &IndexOptions,
     thresholds: &Thresholds,
@@ -276,47 +196,8 @@ fn window_rows(
         said.push(format!("nearmiss: {error}; indexed without this ego"));
         None
     });
-    let recorded_id = recorded.as_ref().map_or(0, |ego| ego.id);
-    let mut rows = Vec::new();
-    let head: [Cell; 3] = [
-        output::visible(&entry.name).into(),
-        output::visible(&entry.display()).into(),
-        scenario.hash.to_string().into(),
-    ];
-    let mut take = |window: IndexedWindow| {
-        rows.push(window_row(&head, &scenario, &window, recorded_id));
-    };
-    for_each_window(&scenario, recorded, options, thresholds, &mut take);
+    let rows = window_rows(entry, &scenario, recorded, options, thresholds);
     (said, Ok(rows))
-}
-
-fn window_row(head: &[Cell; 3], scenario: &Scenario, window: &IndexedWindow, recorded: i64) -> Row {
-    let (source, ego) = match window.ego {
-        WindowEgo::Recorded => ("recorded", recorded),
-        WindowEgo::Obstacle(id) => ("obstacle", id),
-    };
-    let (first, last) = window.steps;
-    let time = |step: i64| Cell::finite(rounded(step as f64 * scenario.dt()));
-    let known = [
-        source.into(),
-        Cell::Integer(ego),
-        Cell::Integer(window.obstacle),
-        window.kind.into(),
-        Cell::Integer(first),
-        Cell::Integer(last),
-        time(first),
-        time(last),
-        window.manoeuvre.name().into(),
-        window.road.name().into(),
-        Cell::Integer(window.severity.into()),
-        SEVERITY_NAMES[usize::from(window.severity)].into(),
-        Cell::Integer(window.worst_step),
-    ];
-    let values = window
-        .values
-        .iter()
-        .map(|value| value.map_or(Cell::None(""), |v| Cell::finite(rounded(v))));
-    head.iter().cloned().chain(known).chain(values).collect()
 }
 
 /// How many pairs the rows are of; those of a pair stand together.

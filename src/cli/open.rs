@@ -9,13 +9,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use nearmiss_ask::prompts::Techniques;
-use nearmiss_base::system::processes::program;
 use nearmiss_base::system::unknown;
 use nearmiss_drive::simulation::Settings;
 use nearmiss_formats as formats;
 use nearmiss_formats::{
-    Columns, EGO_FILES, EgoError, EgoSelection, Entry, EntryLocation, NamedTable, Player,
-    SearchResults, TableOptions, not_standard_input, only_part,
+    Columns, EGO_FILES, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, TableOptions,
+    not_standard_input, only_part,
 };
 use nearmiss_scene::metrics::{Measure, OwnMeasures, Thresholds, measure, measures};
 use nearmiss_scene::scenario::{
@@ -24,7 +23,8 @@ use nearmiss_scene::scenario::{
 use nearmiss_settings::{Config, ConfigError, Folders, TextFile};
 use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::{
-    MissingEgo, Models, OpenError, OpenRequest, OpenedScene, StandIn, find, open,
+    MissingEgo, Models, OpenError, OpenRequest, OpenedScene, StandIn, find, named_tables, open,
+    read_as_said,
 };
 
 use super::files::{Inputs, say_shared_names, without_side_files};
@@ -415,51 +415,15 @@ impl Reading {
         };
         let is_axis = matches!(command, Some(Command::Report(_)));
         let columns = self.columns.as_ref().filter(|_| !is_axis);
-        let named = config.track_tables().into_iter().map(|(name, table)| {
-            let columns = table.columns.parse().map_err(|error| {
-                Failure::input(format!("config.toml: tracks.{name}.columns: {error}"))
-            })?;
-            Ok(NamedTable {
-                name,
-                columns,
-                rate: table.rate,
-                map: table.map,
-            })
-        });
-        formats::read_tables_with(TableOptions {
+        let said = TableOptions {
             columns: columns.and_then(|said| said.parse().ok()),
             rate: self.rate,
             map: self.map.clone(),
-            named: named.collect::<Result<_, Failure>>()?,
-        });
-        if let Some(maps) = config.maps {
-            formats::look_for_maps_in(maps);
-        }
-        let kept = folders.map(|folders| folders.played());
-        formats::play_with(player(config.esmini.as_deref(), kept));
+            named: named_tables(&config).map_err(Failure::input)?,
+        };
+        read_as_said(said, &config, folders.as_ref());
         Ok(())
     }
-}
-
-/// Who plays OpenSCENARIO files as the configuration says, or why none does and what to do; its recordings are `kept`.
-fn player(said: Option<&str>, kept: Option<PathBuf>) -> Result<Player, String> {
-    let found = match said {
-        Some("off") => return Err("esmini could play it, but is \"off\" in config.toml".into()),
-        Some(said) => program(said).ok_or_else(|| format!("config.toml: esmini = \"{said}\" is no program")),
-        None => program("esmini").filter(|found| found.is_absolute()).ok_or_else(|| {
-            "install esmini (https://github.com/esmini/esmini) or set `esmini` of config.toml to its path".into()
-        }),
-    };
-    // It runs in a folder of its own.
-    let absolute = found.and_then(|program| {
-        std::path::absolute(&program)
-            .map_err(|error| Failure::system(program.display(), &error).message)
-    });
-    absolute.map(|program| Player {
-        program,
-        kept,
-        longest: formats::LONGEST_PLAY,
-    })
 }
 
 /// What is wrong with the configuration, a line for each mistake.
@@ -474,10 +438,7 @@ pub fn unusable(error: ConfigError) -> Failure {
 
 /// The shipped thresholds, changed by the user's file in the configuration folder if there is one.
 pub fn user_thresholds(folders: &Folders) -> Result<Thresholds, Failure> {
-    match TextFile::read_if_there(&folders.thresholds()).map_err(Failure::input)? {
-        Some(said) => Thresholds::read(&said.text, &said.file).map_err(Failure::input),
-        None => Ok(Thresholds::shipped().clone()),
-    }
+    folders.user_thresholds().map_err(Failure::input)
 }
 
 /// The shipped thresholds, changed by a file.

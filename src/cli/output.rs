@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use jiff::Timestamp;
 use nearmiss_base::system::{NewFile, SaveError};
 
 use super::{Failure, Outcome, json};
@@ -419,12 +418,7 @@ impl Write for Lines {
     }
 }
 
-/// For programs, in UTC.
-pub fn rfc3339(ms: i64) -> String {
-    // Only an edited store holds a moment that no calendar has.
-    let moment = Timestamp::from_millisecond(ms);
-    moment.map_or_else(|_| format!("{ms} ms"), |moment| moment.to_string())
-}
+pub use nearmiss_workflow::rfc3339;
 
 /// A bar, or nothing.
 pub struct Progress {

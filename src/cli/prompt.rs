@@ -1,23 +1,20 @@
 //! `nearmiss prompt show` and `describe`: the messages as they would be sent, a window in words and where each number is from.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use nearmiss_ask::llm::Message;
-use nearmiss_ask::prompts::{Defaults, Library, Problem, Techniques, estimate_tokens};
+use nearmiss_ask::prompts::{Library, Problem, Techniques, estimate_tokens};
 use nearmiss_base::system;
 use nearmiss_formats::Entry;
 use nearmiss_render::svg;
-use nearmiss_scene::description::{self, DescriptionError, Frame};
+use nearmiss_scene::description::{self, Frame};
 use nearmiss_scene::metrics::Context;
 use nearmiss_scene::story::{Sentence, Story};
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_study::evaluation::batch::Experiment;
-use nearmiss_study::evaluation::{
-    AttackTerms, Case, CaseError, Question, ScenePicture, default_frame, prepare, template,
-    validate,
-};
+use nearmiss_study::evaluation::{AttackTerms, Question, ScenePicture, validate};
+use nearmiss_workflow::{QuestionRequest, described, question};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -60,34 +57,26 @@ impl QuestionArguments {
     ) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
         let library = validate(Library::load(Some(&folders.prompts()))).with_pack(set.pack);
-        let frame = self
-            .frame
-            .unwrap_or_else(|| default_frame(&library, self.task));
-        let say = |problem: &Problem| output::say(&format!("nearmiss: {problem}"));
-        let (_, chosen) = template(&library, self.task, frame).map_err(|error| {
-            // The one that is wanted may be among those that cannot be read.
-            library.problems.iter().for_each(say);
-            Failure::input(error)
-        })?;
-        let settings = self.span.settings(set, self.techniques, frame)?;
-        let decided = settings.with(&chosen.front.defaults);
-        let thresholds = user_thresholds(folders)?;
-        let window = (self.span).window(&scene, &thresholds, Some(self.task), decided.history)?;
-        let case = Case {
+        // A template that is wanted may be among those that cannot be read.
+        let problems = library.problems.clone();
+        question(QuestionRequest {
             name: entry.name,
-            task: self.task,
-            frame,
-            techniques: decided.techniques,
-            window,
-            options: decided.options,
-            thresholds: Arc::new(thresholds),
             scene,
-            horizon: Case::HORIZON,
+            task: self.task,
+            frame: self.frame,
+            techniques: self.techniques,
+            span: self.span.named(),
+            set,
+            library: &library,
+            thresholds: user_thresholds(folders)?,
             attack: AttackTerms::of_style(config.attack_style),
-        };
-        prepare(case, &library, None).map_err(|error| match &error {
-            CaseError::Text(text) => Failure::input(advised(text)),
-            _ => Failure::input(error),
+        })
+        .map_err(|why| {
+            if why.starts_with("no prompt template") {
+                let say = |problem: &Problem| output::say(&format!("nearmiss: {problem}"));
+                problems.iter().for_each(say);
+            }
+            Failure::input(why)
         })
     }
 }
@@ -294,18 +283,12 @@ fn describe_one(arguments: &Describe, file: &Path, named: bool) -> Outcome {
         return arguments.tell(&entry, &Context::under(&scene, &thresholds), named);
     }
     let set = knobs::of_one_question(&config, &arguments.set)?;
-    let decided = arguments
-        .span
-        .settings(&set, None, arguments.frame)?
-        .with(&Defaults::default());
     let thresholds = user_thresholds(&folders)?;
-    let window = arguments
-        .span
-        .window(&scene, &thresholds, None, decided.history)?;
-    let context = Context::under(&scene, &thresholds);
-    let described = description::describe_in(&context, arguments.frame, &window, &decided.options)
-        .map_err(|error| Failure::input(advised(&error)))?;
-    let picture = ScenePicture::new(&scene, arguments.frame, &window, &decided.options);
+    let span = arguments.span.named();
+    let told =
+        described(&scene, &thresholds, arguments.frame, span, &set).map_err(Failure::input)?;
+    let (window, described) = (told.window, told.described);
+    let picture = ScenePicture::new(&scene, arguments.frame, &window, &told.options);
     let tokens =
         estimate_tokens(&described.text) + picture.as_ref().map_or(0, ScenePicture::tokens);
     let drawn = arguments.write(picture.as_ref(), &described.text)?;
@@ -315,7 +298,7 @@ fn describe_one(arguments: &Describe, file: &Path, named: bool) -> Outcome {
             frame: arguments.frame.name(),
             window: [window.first(), window.last()],
             tokens,
-            form: decided.options.form.name(),
+            form: told.options.form.name(),
             text: described.text,
             picture: picture.map(|picture| {
                 let (image, tokens) = (picture.image(), picture.tokens());
@@ -418,14 +401,4 @@ impl Describe {
         system::save(file, &bytes, self.overwrite).map_err(|error| output::refused(&error))?;
         Ok(Some(written))
     }
-}
-
-/// An error with what to do on the command line.
-fn advised(error: &DescriptionError) -> String {
-    let advice = match error {
-        DescriptionError::NoObstacle => " with --obstacle ID; `nearmiss inspect` lists them",
-        DescriptionError::UnknownObstacle { .. } => "",
-        DescriptionError::NotThere { .. } => "; choose other steps with --at and --history",
-    };
-    format!("{error}{advice}")
 }

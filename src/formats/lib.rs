@@ -21,10 +21,10 @@ pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
 pub use recordings::{
     Columns, ColumnsError, Forecast, LONGEST_PLAY, LongRecording, NamedTable, Player, RankedMoment,
     TableOptions, check_table_options, look_for_maps_in, play_with, read_forecasts,
-    read_tables_with,
+    read_tables_with, reading_tables_with, usual_table_options,
 };
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,
     not_standard_input,
 };
-pub use tables::{TableError, TableShape, WrittenTables, write_tables};
+pub use tables::{TableError, TableShape, WrittenTables, track_table, write_tables};

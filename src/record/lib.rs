@@ -27,6 +27,7 @@
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 
+mod arrow;
 mod captioned;
 pub mod fields;
 mod page;
@@ -38,6 +39,7 @@ mod text;
 mod words;
 mod writer;
 
+pub use arrow::Clock;
 pub use captioned::{
     CaptionedTable, NONE, escaped_html, escaped_markdown, latex_comment, with_interval,
 };
@@ -48,6 +50,6 @@ pub use text::{
     Align, SCHEMA_VERSION, TextTable, begins_formula, csv, json_line, line, lines, text_table,
     versioned,
 };
-pub use writer::{Encoded, Format, ParquetFile, TableWriter};
+pub use writer::{ColumnsFile, Encoded, Format, TableWriter};
 #[doc(hidden)]
 pub use {schemars, serde, strum};

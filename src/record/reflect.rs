@@ -158,6 +158,7 @@ fn column(name: &str, schema: &Value, kind: Kind, optional: bool) -> Column {
         table: "".into(),
         rare: is("rare"),
         bounded: is("bounded"),
+        on_clock: is("clock"),
     }
 }
 

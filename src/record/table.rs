@@ -25,6 +25,8 @@ pub struct Column {
     pub rare: bool,
     /// Whether people see a number below its last digit as `< 0.001`, not as 0.
     pub bounded: bool,
+    /// Whether it is a moment of the recording, seconds since step 0: Arrow has it as a duration.
+    pub on_clock: bool,
 }
 
 /// Type of a column.
@@ -50,6 +52,21 @@ impl Column {
         unit: &'static str,
         source: &'static str,
     ) -> Self {
+        Self::with(name, kind, unit, source, false)
+    }
+
+    /// A column of moments: seconds since step 0.
+    pub const fn clock(name: &'static str, source: &'static str) -> Self {
+        Self::with(name, Kind::Number, "s", source, true)
+    }
+
+    const fn with(
+        name: &'static str,
+        kind: Kind,
+        unit: &'static str,
+        source: &'static str,
+        on_clock: bool,
+    ) -> Self {
         Self {
             name: Cow::Borrowed(name),
             kind,
@@ -61,6 +78,7 @@ impl Column {
             table: Cow::Borrowed(""),
             rare: false,
             bounded: false,
+            on_clock,
         }
     }
 
@@ -187,7 +205,7 @@ pub struct Table {
     reasons: Vec<usize>,
     /// Keys and values of the file's metadata.
     pub metadata: Vec<(&'static str, String)>,
-    /// Rows that are kept in memory before they are written as a row group of Parquet.
+    /// Rows that are kept in memory before they are written as a row group of Parquet or a batch of Arrow.
     pub group: usize,
     /// Whether its CSV is for a spreadsheet, which runs text that begins like a formula.
     pub for_spreadsheet: bool,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use etcetera::BaseStrategy;
 
 use nearmiss_base::system::{self, SaveError};
+use nearmiss_scene::metrics::Thresholds;
 
 /// The name of the store.
 const STORE: &str = "runs.sqlite";
@@ -65,6 +66,14 @@ impl Folders {
     #[must_use]
     pub fn thresholds(&self) -> PathBuf {
         self.config.join("thresholds.toml")
+    }
+
+    /// The shipped thresholds, changed by that file if there is one.
+    ///
+    /// # Errors
+    /// The file cannot be read or is wrong, with its line.
+    pub fn user_thresholds(&self) -> Result<Thresholds, String> {
+        read_thresholds(&self.thresholds())
     }
 
     /// The user's keys.
@@ -192,6 +201,17 @@ fn is_ours(name: &str) -> bool {
     own.contains(&name)
         || unstored
         || beside.is_some_and(|end| ["-wal", "-shm", "-journal"].contains(&end))
+}
+
+/// The shipped thresholds, changed by this file if it is there.
+///
+/// # Errors
+/// The file cannot be read or is wrong, with its line.
+pub fn read_thresholds(path: &Path) -> Result<Thresholds, String> {
+    match TextFile::read_if_there(path)? {
+        Some(said) => Thresholds::read(&said.text, &said.file).map_err(|error| error.to_string()),
+        None => Ok(Thresholds::shipped().clone()),
+    }
 }
 
 /// A text with the name of its file.

@@ -9,7 +9,7 @@ mod theme;
 mod tracks;
 
 pub use config::{Config, ConfigError, Keys};
-pub use folders::{Folders, TextFile};
+pub use folders::{Folders, TextFile, read_thresholds};
 pub use planner::Planning;
 pub use tags::{SavedView, SavedViews, Tags};
 pub use theme::{AUTO, NamedTheme, ROLES, Theme, ThemeColor, ThemeFile};

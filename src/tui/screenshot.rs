@@ -29,7 +29,7 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     let config = Config::read(&folders.config_file()).map_err(|e| e.in_short())?;
     let library = Library::load(Some(&folders.prompts()));
     let mut model = Model::new(Vec::new(), config, theme, library, Vec::new());
-    model.thresholds = std::sync::Arc::new(super::services::thresholds(&folders.thresholds())?);
+    model.thresholds = std::sync::Arc::new(folders.user_thresholds()?);
     model.size = wanted.size;
     // Pictures are drawn by the program itself, the finest blocks too.
     model.look.blocks_here = Blocks::Octants;

@@ -1,7 +1,9 @@
 //! What the program does, shared by command line and workbench: a request, events on the way, an outcome.
 //!
 //! - [`find`]: the scenarios in files and folders, and the windows of long recordings
+//! - [`read_as_said`]: tables, maps and players as the configuration has them
 //! - [`open`]: a scenario with its ego, optionally with a changed scene
+//! - [`question`]: a window of a scene as it is asked about; [`span`]: how the window is named
 //! - [`ask`]: one question to a model, its answer stored before it is shown
 //! - [`batch`]: many questions, stored before they are asked, and resumable
 //! - [`read_experiment`]: a batch written down in a file, for others to repeat
@@ -18,6 +20,7 @@
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
 //! - [`TruthSearch`]: what is true about stored answers
 //! - [`tune`]: better templates from wrong answers of a dev split
+//! - [`tables`]: measures, lanes and windows, a row each
 //! - [`journal`]: what a job over many files has finished, so that a run that was killed continues
 //!
 //! Computations run on the calling thread and call `on_event` there. They end early when their
@@ -26,6 +29,7 @@
 
 mod answer_page;
 mod ask;
+mod ask_document;
 pub mod batch;
 mod bundle;
 mod examples;
@@ -38,14 +42,19 @@ mod open;
 mod original;
 mod overview;
 mod plan;
+mod question;
+mod reading;
 mod scenario_filter;
 mod simulator_export;
+pub mod span;
 mod stand_in;
+pub mod tables;
 mod truth;
 pub mod tune;
 
 pub use answer_page::{answer_page, count_claims, files_of_batches, is_unchecked};
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
+pub use ask_document::{AskDocument, cost_at_current_prices, missing_verdict, rfc3339};
 pub use bundle::{
     BUNDLE_FORMAT, BundleError, Manifest, Member, PackRequest, Packed, PackedScenario,
     UnpackRequest, Unpacked, pack, read_manifest, stored_bundle, unpack,
@@ -77,6 +86,8 @@ pub use overview::{Overview, ScenarioRow};
 pub use plan::{
     PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
 };
+pub use question::{DescribedWindow, QuestionRequest, described, question};
+pub use reading::{named_tables, read_as_said};
 pub use scenario_filter::selector::{FilterError, FilterRequest, WrittenFilter, write_filter};
 pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,

@@ -2,15 +2,13 @@
 
 mod document;
 
-pub use document::{AskDocument, AskDryRun};
+pub use document::AskDryRun;
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use jiff::Timestamp;
-use jiff::tz::TimeZone;
-use nearmiss_ask::llm::{Chunk, Environment, Parameters, Registry, Usage};
+use nearmiss_ask::llm::{Chunk, Environment, Parameters, Registry};
 use nearmiss_base::system::KeyLines;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::{
@@ -20,10 +18,13 @@ use nearmiss_settings::{Config, Folders, TextFile};
 use nearmiss_store::{Origin, RunId, Store};
 use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::{
-    Answer, AskError, Case, Event, Judge, JudgeOutcome, MissingVerdict, RunOptions, StoredOrigin,
-    consumption, motion_lines, tool_rounds,
+    Answer, AskError, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin, consumption,
+    motion_lines, tool_rounds,
 };
-use nearmiss_workflow::{AskOutcome, AskRequest, Models, Server, ask};
+use nearmiss_workflow::{
+    AskDocument, AskOutcome, AskRequest, Models, Server, ask, cost_at_current_prices,
+    missing_verdict,
+};
 
 use super::open::{configuration, judge_of};
 use super::prompt::QuestionArguments;
@@ -100,13 +101,14 @@ pub fn run(arguments: &Ask) -> Outcome {
         fresh: arguments.fresh,
         batch: None,
     };
-    let chosen = arguments.asked.span.chosen();
+    let span = arguments.asked.span.named();
+    let chosen = span.chosen();
     if let (judge::MODEL, Task::Collision, Some(chosen)) = (model, question.case.task, chosen) {
         output::say(&format!(
             "nearmiss: {chosen} ignored: the built-in judge answers the collision task from all recorded steps"
         ));
     }
-    if question.case.task == Task::Safety && arguments.asked.span.is_default_end() {
+    if question.case.task == Task::Safety && span.at.is_none() {
         let last = question.case.window.last();
         output::say(&format!(
             "nearmiss: the window ends at step {last} ({:.1} s), near the end of the recording; --at worst chooses the \
@@ -385,33 +387,6 @@ fn provenance_label(answer: &Answer, asked: &str) -> String {
     }
 }
 
-/// What an answer cost by the prices of the model that is asked for now, US dollars, with where they are from; nothing
-/// where the run knows its cost, or the prices or tokens are not known.
-fn cost_at_current_prices(answer: &Answer, judge: &Judge) -> Option<(f64, String)> {
-    let (Judge::Model(model), Some(past), None) = (judge, &answer.past, answer.consumed.cost_usd)
-    else {
-        return None;
-    };
-    let asked = Timestamp::from_millisecond(past.created_ms).ok()?;
-    let day = asked.to_zoned(TimeZone::UTC).date();
-    let prices = &model.endpoint.prices;
-    let pricing = prices.of_answer(&model.name, answer.model_returned.as_deref(), day)?;
-    let usage = Usage {
-        input_tokens: answer.consumed.input_tokens,
-        output_tokens: answer.consumed.output_tokens,
-        reasoning_tokens: answer.consumed.reasoning_tokens,
-        cached_tokens: answer.consumed.cached_tokens,
-        ..Usage::default()
-    };
-    let usd = pricing.cost(&usage, asked)?;
-    let origin = pricing.origin().map_or(String::new(), |o| format!(", {o}"));
-    let provider = &model.endpoint.name;
-    Some((
-        usd,
-        format!("computed now: tokens of the run times prices of {provider}{origin}"),
-    ))
-}
-
 /// Streams the words of an answer to standard error, where a person is watching.
 struct AnswerPrinter {
     on: bool,
@@ -488,27 +463,6 @@ impl AnswerPrinter {
         // Errors of a closed standard error are ignored.
         let _ = write!(err, "{}", output::visible(text)).and_then(|()| err.flush());
     }
-}
-
-/// Why there is no verdict. An address that cannot be reached was tried, other than what is refused beforehand.
-fn missing_verdict(missing: &MissingVerdict) -> String {
-    match missing {
-        MissingVerdict::NotSent(why) => format!("no answer: {why}"),
-        MissingVerdict::NoAnswer(why) if is_too_long(why) => format!(
-            "{missing}; a shorter question may fit: --set form=compact, a smaller --history or radius, --techniques base"
-        ),
-        missing => missing.to_string(),
-    }
-}
-
-/// Whether a server means that the question is longer than what its model can take.
-fn is_too_long(why: &str) -> bool {
-    let why = why.to_ascii_lowercase();
-    let context = ["length", "window", "size", "maximum", "exceed", "limit"];
-    (why.contains("(400") || why.contains("(413"))
-        && ((why.contains("context") && context.iter().any(|word| why.contains(word)))
-            || why.contains("too long")
-            || why.contains("too many tokens"))
 }
 
 /// Who could attack, or how an attacker moves.

@@ -79,7 +79,7 @@ impl CropOptions {
             None => Ok(open),
             Some(at) => at
                 .step(option, &all, scenario.dt(), |_| None)
-                .map_err(|failure| named(failure.message)),
+                .map_err(named),
         };
         let (first, last) = (
             step("--from", self.from, all.start)?,

@@ -14,10 +14,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::variant::Generated;
-use crate::files::short_hash;
 use crate::json::Output;
 use crate::output;
 use crate::plan::PlannerFailure;
+use nearmiss_workflow::tables::short_hash;
 
 /// One scenario and its variant.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]

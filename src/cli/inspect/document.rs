@@ -139,7 +139,7 @@ impl<'s> ScenarioDocument<'s> {
             attributes: &header.attributes,
             location: scenario.location.as_ref(),
             tags: &scenario.tags,
-            hash: crate::files::short_hash(&scenario.hash),
+            hash: nearmiss_workflow::tables::short_hash(&scenario.hash),
             lanelets: &network.lanelets,
             traffic_signs: signs.map(|sign| references.to_sign(sign)).collect(),
             traffic_lights: lights.map(|light| references.to_light(light)).collect(),

@@ -6,7 +6,7 @@ use nearmiss_study::evaluation::batch::QuestionLine;
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
-use nearmiss_workflow::ScenarioRow;
+use nearmiss_workflow::{AskDocument, ScenarioRow};
 
 use super::derived::{Derived, derived, noun};
 use crate::{
@@ -16,7 +16,7 @@ use crate::{
 
 /// Every output that is one type.
 pub const DERIVED: &[Derived] = &[
-    derived::<ask::AskDocument<'static>>(),
+    derived::<AskDocument<'static>>(),
     derived::<ask::AskDryRun<'static>>(),
     derived::<batches::Document>(),
     derived::<generate::CheckDocument>(),

@@ -14,12 +14,13 @@ use super::resources::page;
 use super::scenes::{Ranked, Worst};
 use super::{Server, TAKEN_BACK};
 use crate::find::{FindDocument, search};
-use crate::index::{default_options, measured, request};
+use crate::index::{measured, request};
 use crate::many_files::ManyFiles;
 use crate::parts::{Measured, write};
 use crate::{Failure, output};
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::{Scene, in_short};
+use nearmiss_workflow::tables::default_index_options;
 
 /// Scenarios of one page.
 const PAGE: usize = 25;
@@ -161,7 +162,7 @@ fn make(
     entries: &[Entry],
     progress: &Progress,
 ) -> Result<usize, String> {
-    let (options, thresholds) = (default_options(), &server.thresholds);
+    let (options, thresholds) = (default_index_options(), &server.thresholds);
     let many = ManyFiles {
         resume: true,
         ..ManyFiles::default()

@@ -1,11 +1,9 @@
 //! `nearmiss metrics`: every safety measure of every obstacle at every step, as table, CSV, JSON or Parquet.
 
-mod exact;
 mod list;
 mod paper;
 mod parts;
 
-pub use exact::rounded;
 pub use list::ListDocument;
 
 use std::io;
@@ -13,22 +11,21 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_scene::metrics::{Context, SCENE_MEASURES, Thresholds, own_formulas};
+use nearmiss_scene::metrics::{Context, Thresholds, measures};
 use nearmiss_scene::scenario::Scene;
 use nearmiss_settings::Folders;
-use nearmiss_study::evaluation::Provenance;
-use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_workflow::tables::{
+    RowFile, exact_columns, exact_rows, measure_table, provenance, scene_columns, scene_rows,
+};
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use super::ending::interrupted;
-use super::files::{Inputs, RowFile};
+use super::files::Inputs;
 use super::many_files::{Failed, Job, ManyFiles};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
-use super::output::{self, Column, Encoded, Kind, OutputFile, Row, Table, TableWriter, Target};
+use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};
 use super::parts::is_folder;
 use super::{Failure, Outcome};
-use exact::{WHEN, cell, when};
 
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args, Serialize)]
@@ -99,18 +96,15 @@ enum Rows {
 impl Rows {
     fn columns(self) -> Vec<Column> {
         match self {
-            Self::Exact => exact::columns(),
-            Self::Scene => columns(),
+            Self::Exact => exact_columns(&Vec::from_iter(measures())),
+            Self::Scene => scene_columns(),
             Self::Paper => paper::columns(),
         }
     }
 
-    /// The measures of the user's that are among the columns.
-    fn own_formulas(self) -> Vec<String> {
-        match self {
-            Self::Exact => own_formulas(),
-            Self::Scene | Self::Paper => Vec::new(),
-        }
+    /// The thresholds, where they count: those of the paper are fixed.
+    fn thresholds(self, thresholds: &Thresholds) -> Option<&Thresholds> {
+        (!matches!(self, Self::Paper)).then_some(thresholds)
     }
 }
 
@@ -128,8 +122,14 @@ impl Plan<'_> {
     fn rows(&self, file: &RowFile, scene: &Scene) -> Result<Vec<Row>, String> {
         let radius = self.arguments.radius;
         match self.rows {
-            Rows::Exact => Ok(exact::rows(file, scene, radius, &self.thresholds)),
-            Rows::Scene => Ok(rows(file, scene, &self.thresholds)),
+            Rows::Exact => {
+                let (context, measures) = (
+                    Context::under(scene, &self.thresholds),
+                    Vec::from_iter(measures()),
+                );
+                Ok(exact_rows(file, &context, radius, &measures))
+            }
+            Rows::Scene => Ok(scene_rows(file, scene, &self.thresholds)),
             Rows::Paper => paper::rows(file, scene, radius),
         }
     }
@@ -179,58 +179,20 @@ fn radius(word: &str) -> Result<f64, String> {
 
 /// The table, with the meaning of its columns.
 fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
-    let mut table = Table::new("measures", rows.columns());
+    let convention = <&str>::from(arguments.convention);
+    let has_own = matches!(rows, Rows::Exact);
+    let mut table = measure_table(
+        rows.columns(),
+        convention,
+        rows.thresholds(thresholds),
+        has_own,
+    );
     table.for_spreadsheet = arguments.spreadsheet.is_asked();
-    let columns = table
-        .columns
-        .iter()
-        .map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
-    table.metadata = vec![
-        ("version", env!("CARGO_PKG_VERSION").into()),
-        ("convention", <&str>::from(arguments.convention).into()),
-        ("columns", columns.collect::<Value>().to_string()),
-    ];
-    if !matches!(rows, Rows::Paper) {
-        let changes = Value::from(thresholds.change_words());
-        table
-            .metadata
-            .push(("thresholds_changed", changes.to_string()));
-    }
-    let provenance = provenance(rows, thresholds);
-    let whole = serde_json::to_string(&provenance).unwrap_or_default();
-    table.metadata.push(("provenance", whole));
-    table
-        .json_values
-        .push(("provenance", in_a_line(&provenance, rows)));
     if arguments.reasons {
         table.with_reasons()
     } else {
         table
     }
-}
-
-/// This program, and the thresholds; those of the paper are fixed.
-fn provenance(rows: Rows, thresholds: &Thresholds) -> Provenance {
-    let mut provenance = Provenance::of_program();
-    if !matches!(rows, Rows::Paper) {
-        provenance.set_thresholds(Spec::threshold_changes(thresholds));
-    }
-    provenance
-}
-
-/// What each line of JSON says of its provenance: what is known of a measure, and nothing of answers.
-fn in_a_line(provenance: &Provenance, rows: Rows) -> Value {
-    let mut said = json!({
-        "program": provenance.program,
-        "commit": provenance.commit,
-        "thresholds": provenance.thresholds,
-        "thresholds_sha256": provenance.thresholds_sha256,
-    });
-    let own = rows.own_formulas();
-    if !own.is_empty() {
-        said["own_measures"] = own.into();
-    }
-    said
 }
 
 impl Metrics {
@@ -308,7 +270,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     done.end("no file was written")?;
     let is_empty = measures.failed.all();
     if format == output::Format::Csv && !is_empty {
-        let provenance = provenance(rows, &plan.thresholds);
+        let provenance = provenance(rows.thresholds(&plan.thresholds));
         output::say(&format!("nearmiss: {}", provenance.summary()));
     }
     let done = output::written(file, written.and_then(|()| measures.finish()))?;
@@ -372,29 +334,6 @@ impl Measures<'_> {
     fn finish(&mut self) -> io::Result<Option<Target>> {
         self.writer.take().map(TableWriter::finish).transpose()
     }
-}
-
-fn columns() -> Vec<Column> {
-    let measures = SCENE_MEASURES
-        .iter()
-        .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
-    let head = RowFile::COLUMNS.into_iter().chain(WHEN);
-    head.chain(measures).collect()
-}
-
-/// Every measure of the scene at every step at which the ego is recorded.
-fn rows(file: &RowFile, scene: &Scene, thresholds: &Thresholds) -> Vec<Row> {
-    let context = Context::under(scene, thresholds);
-    let steps = context.steps();
-    let recorded = steps.filter(|step| scene.ego.track.at(*step).is_some());
-    let row = |step| {
-        let measures = SCENE_MEASURES
-            .iter()
-            .map(|m| cell((m.compute)(&context, step)));
-        let head = file.cells().into_iter().chain(when(scene, step));
-        head.chain(measures).collect()
-    };
-    recorded.map(row).collect()
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

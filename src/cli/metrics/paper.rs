@@ -1,9 +1,9 @@
 //! The table of the paper's convention: published columns in their order, the risk score, and identifying columns.
 
-use crate::files::RowFile;
 use crate::output::{self, Cell, Column, Kind};
 use nearmiss_scene::metrics::paper::{Relation, Row, rows as measured};
 use nearmiss_scene::scenario::Scene;
+use nearmiss_workflow::tables::RowFile;
 
 /// A column and its values in the rows of a scenario.
 struct PaperColumn {

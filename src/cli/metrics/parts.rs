@@ -4,12 +4,13 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Metrics, Plan, measured, measured_rows, table};
+use super::{Metrics, Plan, Rows, measured, measured_rows, table};
 use crate::ending::interrupted;
 use crate::open::found;
 use crate::output::Format;
 use crate::parts::{Measured, PartsRequest, write};
 use crate::{Failure, Outcome};
+use nearmiss_scene::metrics::own_formulas;
 use nearmiss_workflow::journal::RunSettings;
 
 /// Scenarios in a part: what a killed run loses at most, for each of its threads.
@@ -52,7 +53,10 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
         settings: RunSettings::new(&MetricsSettings {
             arguments,
             drives: plan.ego.planner().map(|drives| drives.sha256.as_str()),
-            own_measures: rows.own_formulas(),
+            own_measures: match rows {
+                Rows::Exact => own_formulas(),
+                Rows::Scene | Rows::Paper => Vec::new(),
+            },
             thresholds: plan.thresholds.change_words(),
         })
         .map_err(Failure::input)?,

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use super::driven::{DrivenScenario, RuleRecord};
 use super::monitor::MonitorRecord;
-use crate::files::short_hash;
 use crate::json::Output;
 use crate::output;
 use nearmiss_drive::planner::{Emergency, VehicleState};
@@ -15,6 +14,7 @@ use nearmiss_drive::simulation::{BeyondVehicle, Cycle, ExternalReport, Outcome, 
 use nearmiss_formats::Entry;
 use nearmiss_scene::traffic_rules::Rule;
 use nearmiss_workflow::PlanError;
+use nearmiss_workflow::tables::short_hash;
 
 /// How a drive ended and what it took.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]

@@ -283,11 +283,8 @@ impl Drawing<'_> {
         let at = self.arguments.at.iter();
         let at = at
             .map(|at| at.step("--at", &all, timeline.dt, worst))
-            .collect::<Result<Vec<i64>, Failure>>()
-            .map_err(|failure| Failure {
-                message: format!("{}: {}", entry.display(), failure.message),
-                ..failure
-            })?;
+            .collect::<Result<Vec<i64>, String>>()
+            .map_err(|why| Failure::input(format!("{}: {why}", entry.display())))?;
         let count = all.end.saturating_sub(all.start);
         let is_whole = self.arguments.all || !self.target.format.is_picture();
         if is_whole && at.len() < 2 && count > MOST_PICTURES {

@@ -206,6 +206,24 @@ impl EgoSelection {
         }
     }
 
+    /// The one in a file; of one with several, `FILE#ID`.
+    #[must_use]
+    pub fn of_file(said: &Path) -> Self {
+        let split = said.to_str().filter(|_| !said.exists());
+        let split = split.and_then(|said| said.rsplit_once('#'));
+        let named = split.and_then(|(file, id)| Some((file, id.parse().ok()?)));
+        match named {
+            Some((file, id)) => Self::File {
+                path: file.into(),
+                planning_problem: Some(id),
+            },
+            None => Self::File {
+                path: said.to_path_buf(),
+                planning_problem: None,
+            },
+        }
+    }
+
     /// This ego of the scenario of an entry; nothing where it was to lie beside it and does not.
     ///
     /// # Errors

@@ -38,7 +38,7 @@ pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
 pub use tracks::{
     Columns, ColumnsError, Forecast, NamedTable, TableOptions, check_table_options, read_forecasts,
-    read_tables_with,
+    read_tables_with, reading_tables_with, usual_table_options,
 };
 pub(super) use tracks::{
     Lacking, Tables, id_of as id_of_track, json_columns, lacking as lacking_columns, without_header,

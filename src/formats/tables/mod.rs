@@ -9,7 +9,7 @@ mod tracks;
 use std::collections::HashSet;
 
 use nearmiss_base::geometry::Point;
-use nearmiss_record::Format;
+use nearmiss_record::{Format, Row, Table};
 use nearmiss_scene::scenario::{Ego, Motion, ObstacleType, Scenario};
 
 use super::openscenario::{Actor, ExportedEgo, Notes, actors};
@@ -67,9 +67,7 @@ pub fn write_tables(
     ego: Option<&Ego>,
 ) -> Result<WrittenTables, TableError> {
     let mut notes = Notes::default();
-    let exported = ego.map_or(ExportedEgo::Missing, ExportedEgo::Follows);
-    let actors = actors(scenario, exported, &mut notes);
-    let recording = Recording::new(scenario, &actors, ego);
+    let recording = Recording::of(scenario, ego, &mut notes);
     if recording.users.is_empty() {
         return Err(TableError::Empty);
     }
@@ -91,6 +89,12 @@ pub fn write_tables(
         );
     }
     Ok(written)
+}
+
+/// A scenario and its ego as our own table of tracks: a row a road user and step.
+#[must_use]
+pub fn track_table(scenario: &Scenario, ego: Option<&Ego>) -> (Table, Vec<Row>) {
+    tracks::rows(&Recording::of(scenario, ego, &mut Notes::default()))
 }
 
 /// A road user's rows.
@@ -116,6 +120,11 @@ struct Recording {
 }
 
 impl Recording {
+    fn of(scenario: &Scenario, ego: Option<&Ego>, notes: &mut Notes) -> Self {
+        let exported = ego.map_or(ExportedEgo::Missing, ExportedEgo::Follows);
+        Self::new(scenario, &actors(scenario, exported, notes), ego)
+    }
+
     fn new(scenario: &Scenario, actors: &[Actor], ego: Option<&Ego>) -> Self {
         let moving = actors.iter().filter(|actor| !actor.stands);
         let all = moving.flat_map(|actor| actor.stretches.iter().flatten());

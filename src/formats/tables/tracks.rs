@@ -36,9 +36,13 @@ const MEANINGS: [(Kind, &str, &str); 11] = [
     (Kind::Truth, "", "whether it is the ego"),
 ];
 
-pub fn write(recording: &Recording, format: Format) -> Result<WrittenTables, TableError> {
+/// A row a road user and step, in these columns.
+pub fn rows(recording: &Recording) -> (Table, Vec<Row>) {
     let named = COLUMNS.into_iter().zip(MEANINGS);
-    let columns = named.map(|(name, (kind, unit, source))| Column::new(name, kind, unit, source));
+    let columns = named.map(|(name, (kind, unit, source))| match name {
+        "time" => Column::clock(name, source),
+        _ => Column::new(name, kind, unit, source),
+    });
     let table = Table::new("tracks", columns.collect());
     let mut rows: Vec<Row> = Vec::new();
     for user in &recording.users {
@@ -60,6 +64,11 @@ pub fn write(recording: &Recording, format: Format) -> Result<WrittenTables, Tab
             row
         }));
     }
+    (table, rows)
+}
+
+pub fn write(recording: &Recording, format: Format) -> Result<WrittenTables, TableError> {
+    let (table, rows) = rows(recording);
     let mut writer = TableWriter::begin(Vec::new(), format, &table)?;
     writer.write(table.encode(format, rows))?;
     Ok(WrittenTables {

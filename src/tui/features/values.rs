@@ -21,7 +21,7 @@ use crate::loaded::Measured;
 use crate::message::Effect;
 use crate::model::{MeasureId, Model};
 use crate::request::{Computation, Replies, Request};
-use crate::services::{self, Services};
+use crate::services::Services;
 use crate::update::open_again;
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::words::quantity;
@@ -353,7 +353,9 @@ impl Request for ReadThresholds {
 
     fn perform(self, services: &mut Services, replies: Replies<Self>) {
         let path = services.folders.thresholds();
-        services.background(replies, move || services::thresholds(&path).map(Arc::new));
+        services.background(replies, move || {
+            nearmiss_settings::read_thresholds(&path).map(Arc::new)
+        });
     }
 
     /// Measures everything anew with other thresholds; those that cannot be used change nothing.

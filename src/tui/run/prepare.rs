@@ -8,7 +8,6 @@ use crate::background::{self, Background};
 use crate::keymap::{Keymap, Preset, first_mistake};
 use crate::model::{DisplaySettings, Glyphs, MapChoice, Model, Prices};
 use crate::pixels::{self, Encoder};
-use crate::services::thresholds;
 use crate::session::{self, SavedLocation, file, restore};
 use crate::terminal;
 use crate::theme::{AUTO, ColorDepth, Theme};
@@ -98,7 +97,7 @@ pub fn prepare(
     model.driver.planners = planners.map(|(name, _)| name).collect();
     // The seed need not be secret: no one has to predict the order of answers.
     model.compare.seed = jiff::Timestamp::now().as_nanosecond() as u64;
-    match thresholds(&folders.thresholds()) {
+    match nearmiss_settings::read_thresholds(&folders.thresholds()) {
         Ok(thresholds) => model.thresholds = Arc::new(thresholds),
         Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
     }

@@ -5,7 +5,6 @@ mod queue;
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::num::NonZeroU32;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -15,7 +14,7 @@ use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{ExternalPlanner, Settings};
 use nearmiss_formats::EgoSelection;
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_settings::{Config, Folders, TextFile};
+use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::Models;
@@ -204,17 +203,6 @@ fn parameters(config: &Config) -> Parameters {
         effort: config.effort.as_deref().and_then(Effort::parse),
         log_probabilities: config.log_probabilities,
         tools: None,
-    }
-}
-
-/// The shipped thresholds, changed by the user's file if it is there.
-///
-/// # Errors
-/// The file cannot be read, or has an invalid entry: with file and line.
-pub fn thresholds(path: &Path) -> Result<Thresholds, String> {
-    match TextFile::read_if_there(path)? {
-        Some(read) => Thresholds::read(&read.text, &read.file).map_err(|e| e.to_string()),
-        None => Ok(Thresholds::shipped().clone()),
     }
 }
 

@@ -40,7 +40,7 @@ impl Forecast {
 /// It is no table of tracks, a cell is broken, or its places are in degrees, which lie on no plane of a scenario.
 pub fn read_forecasts(path: &Path) -> Result<(Vec<Forecast>, Vec<Diagnostic>), ReadError> {
     let report = Report::about(path.display().to_string());
-    let plan = Plan::of_file(path, options(), &report, |_| true)?;
+    let plan = Plan::of_file(path, &options(), &report, |_| true)?;
     let plan = plan.ok_or_else(|| {
         report.fail("no table with columns time, id, x and y; --columns ROLE=COLUMN names them")
     })?;

@@ -14,7 +14,7 @@ use super::columns::Role;
 use super::gather::{Rows, Slice, plain_number};
 use super::table::{Decided, Recorded, Said};
 use super::text::{self, BadCell};
-use super::{Leftovers, Plan, Table, Written, hashed, numbers};
+use super::{Leftovers, Plan, Table, Written, hashed, is_own_reading, numbers};
 use crate::commonroad::ReadError;
 use crate::dispatch::{Address, Parts, Stretches};
 use crate::recordings::Report;
@@ -108,6 +108,9 @@ pub fn outline(
     };
     if !is_large {
         return Ok(None);
+    }
+    if is_own_reading() {
+        return Outline::read(plan, path, STRETCH_ROWS).map(|outline| Some(Arc::new(outline)));
     }
     let found = OUTLINES.get(&[path], || {
         let outline = Outline::read(plan, path, STRETCH_ROWS)?;

@@ -52,8 +52,11 @@ use columns::Source;
 pub use columns::{Columns, ColumnsError};
 pub use forecast::{Forecast, read_forecasts};
 pub(super) use gather::Rows;
-use said::options;
-pub use said::{NamedTable, TableOptions, check_table_options, read_tables_with};
+pub use said::{
+    NamedTable, TableOptions, check_table_options, read_tables_with, reading_tables_with,
+    usual_table_options,
+};
+use said::{is_own_reading, options};
 pub use text::{BadCell, without_header};
 
 /// The format.
@@ -463,7 +466,7 @@ static TABLES: FileCache<Table> = FileCache::new(MAX_CACHED);
 
 /// How a file is to be read.
 fn plan(path: &Path, report: &Report) -> Result<Plan, ReadError> {
-    let plan = Plan::of_file(path, options(), report, Role::is_of_recordings)?;
+    let plan = Plan::of_file(path, &options(), report, Role::is_of_recordings)?;
     let plan = plan.ok_or_else(|| report.fail("no table of tracks"))?;
     plan.check(report)?;
     Ok(plan)
@@ -480,13 +483,13 @@ fn read(path: &Path) -> Result<Arc<Table>, ReadError> {
     let report = Report::about(path.display().to_string());
     let plan = plan(path, &report)?;
     let all: Vec<PathBuf> = if plan.is_of_one {
-        Plan::of_each(path, options()).collect()
+        Plan::of_each(path, &options()).collect()
     } else {
         let beside = plan.known.and_then(|known| known.beside?(path));
         std::iter::once(path.to_path_buf()).chain(beside).collect()
     };
     let files: Vec<&Path> = all.iter().map(PathBuf::as_path).collect();
-    cached(&files, || Table::read(plan, &files, options(), &report))
+    cached(&files, || Table::read(plan, &files, &options(), &report))
 }
 
 /// The data in files, which `read` reads where they are not known yet.
@@ -494,6 +497,9 @@ pub(super) fn cached(
     files: &[&Path],
     read: impl FnOnce() -> Result<Table, ReadError>,
 ) -> Result<Arc<Table>, ReadError> {
+    if is_own_reading() {
+        return read().map(Arc::new);
+    }
     TABLES.get(files, || {
         let table = read()?;
         let size = table.recorded.size();
@@ -757,7 +763,7 @@ pub fn id_of(path: &Path, name: &str) -> Option<i64> {
 impl Format for Tables {
     /// Also damaged ones, so that this is said of them.
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        Plan::of(path, head, options(), Role::is_of_recordings).is_some()
+        Plan::of(path, head, &options(), Role::is_of_recordings).is_some()
             || arrow::Form::damage(head, path).is_some()
     }
 
@@ -765,18 +771,18 @@ impl Format for Tables {
         let is_beside = |plan: &Plan| {
             matches!(plan.written, Written::Log(_)) && path.with_extension("xosc").is_file()
                 || plan.known.is_some_and(|known| known.is_beside(path))
-                || plan.is_of_one && Plan::of_each(path, options()).next().as_deref() != Some(path)
+                || plan.is_of_one && Plan::of_each(path, &options()).next().as_deref() != Some(path)
                 || path.with_file_name(crate::ego::RECORDING).is_file()
         };
         // The log of a scenario, the other table of a recording and results of an ego are read with it.
-        match Plan::of(path, head, options(), Role::is_of_recordings) {
+        match Plan::of(path, head, &options(), Role::is_of_recordings) {
             Some(plan) => plan.is_whole() && !is_beside(&plan),
             None => head.starts_with(PARQUET) && arrow::Form::damage(head, path).is_some(),
         }
     }
 
     fn applies(&self, path: &Path, head: &[u8]) -> Applies {
-        let plan = Plan::of(path, head, options(), Role::is_of_recordings);
+        let plan = Plan::of(path, head, &options(), Role::is_of_recordings);
         match plan.map(|plan| plan.written) {
             Some(Written::Log(_)) => Applies::Map,
             _ => Applies::All,

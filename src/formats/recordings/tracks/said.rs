@@ -1,8 +1,9 @@
 //! What the user says of tables, and to which files that applies.
 
+use std::cell::RefCell;
 use std::collections::HashSet;
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use super::Columns;
 use crate::Entry;
@@ -34,17 +35,47 @@ pub struct NamedTable {
     pub map: Option<PathBuf>,
 }
 
-static OPTIONS: OnceLock<TableOptions> = OnceLock::new();
+static OPTIONS: OnceLock<Arc<TableOptions>> = OnceLock::new();
 
 /// Says how the user's tables are to be read. Said once, before the first one is read, so that all readings of a table are
 /// the same.
 pub fn read_tables_with(options: TableOptions) {
     // What is said again is what is said already: there is one command line.
-    let _ = OPTIONS.set(options);
+    let _ = OPTIONS.set(Arc::new(options));
 }
 
-pub(super) fn options() -> &'static TableOptions {
-    OPTIONS.get_or_init(TableOptions::default)
+thread_local! {
+    /// What is said of the tables that this thread reads now, in place of that.
+    static NOW: RefCell<Option<Arc<TableOptions>>> = const { RefCell::new(None) };
+}
+
+/// Reads tables as these options say, whatever is said of others; what is read is not kept for other readings.
+pub fn reading_tables_with<T>(options: TableOptions, read: impl FnOnce() -> T) -> T {
+    /// Also where reading panics.
+    struct Before(Option<Arc<TableOptions>>);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            NOW.set(self.0.take());
+        }
+    }
+    let _before = Before(NOW.replace(Some(Arc::new(options))));
+    read()
+}
+
+/// Whether [`reading_tables_with`] reads.
+pub(super) fn is_own_reading() -> bool {
+    NOW.with_borrow(Option::is_some)
+}
+
+pub(super) fn options() -> Arc<TableOptions> {
+    let now = NOW.with_borrow(Option::clone);
+    now.unwrap_or_else(|| OPTIONS.get_or_init(Arc::default).clone())
+}
+
+/// What is said of all tables that are read otherwise.
+#[must_use]
+pub fn usual_table_options() -> TableOptions {
+    (**OPTIONS.get_or_init(Arc::default)).clone()
 }
 
 /// Refuses what the user says of every table where it applies to none of these scenarios; `has_others` is whether other

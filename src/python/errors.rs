@@ -1,0 +1,79 @@
+//! Errors as one Python exception, with the file and line that they are about.
+
+use nearmiss_formats::EgoError;
+use nearmiss_formats::commonroad::ReadError;
+use nearmiss_workflow::OpenError;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    nearmiss,
+    Error,
+    PyException,
+    "What is wrong, where, and what to do.\n\n`file` and `line` (from 1) say where, as far as known; else they are None."
+);
+
+/// What is wrong, before Python has a say.
+#[derive(Debug)]
+pub struct Problem {
+    said: String,
+    place: Option<(String, usize)>,
+}
+
+impl Problem {
+    /// A problem in words.
+    pub fn new(said: impl std::fmt::Display) -> Self {
+        let (said, place) = (said.to_string(), None);
+        Self { said, place }
+    }
+}
+
+impl From<String> for Problem {
+    fn from(said: String) -> Self {
+        Self::new(said)
+    }
+}
+
+impl From<ReadError> for Problem {
+    fn from(error: ReadError) -> Self {
+        Self {
+            said: error.to_string(),
+            place: Some((error.file, error.line)),
+        }
+    }
+}
+
+impl From<EgoError> for Problem {
+    fn from(error: EgoError) -> Self {
+        Self::new(error)
+    }
+}
+
+impl From<OpenError> for Problem {
+    fn from(error: OpenError) -> Self {
+        match error {
+            OpenError::Scenario(error) => error.into(),
+            error => Self::new(error),
+        }
+    }
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.said)
+    }
+}
+
+impl From<Problem> for PyErr {
+    fn from(problem: Problem) -> Self {
+        let error = Error::new_err(problem.said);
+        Python::attach(|py| {
+            let (file, line) = problem.place.unzip();
+            let value = error.value(py);
+            // A new exception takes attributes.
+            let _ = value.setattr("file", file);
+            let _ = value.setattr("line", line.filter(|line| *line > 0));
+        });
+        error
+    }
+}

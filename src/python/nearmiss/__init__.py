@@ -1,0 +1,57 @@
+"""Measure, judge and endanger driving scenarios.
+
+>>> import nearmiss
+>>> scenario = nearmiss.open("ZAM_CutIn-1_1_T-1")           # a file, or a bundled scenario
+>>> scenario.worst()["what"]                                 # the moment that matters
+>>> scenario.measures(["ttc", "distance"])                   # a row an obstacle and time step
+>>> scenario.figure()                                        # a notebook shows it
+>>> window = scenario.window("safety", at="worst")
+>>> nearmiss.judge(window)["dangerous"]                      # from exact geometry
+>>> nearmiss.inspect("recordings")                           # a folder, the worst first
+
+Tables are Arrow: polars.DataFrame(table), pyarrow.table(table), duckdb.sql("from table") and, from pandas 3 on,
+pandas.DataFrame.from_arrow(table) take them without copying; table.rows() needs none of these. Lengths are in metres, angles
+in radians, times in seconds, moments of a recording are durations; table.columns says so of each column.
+
+Every error is a nearmiss.Error, with file and line where they are known. Ctrl-C stops.
+"""
+
+from ._batches import index_batches, measure_batches
+from ._nearmiss import (
+    Error,
+    Figure,
+    Scenario,
+    Table,
+    Window,
+    __version__,
+    ask,
+    check,
+    from_tracks,
+    inspect,
+    judge,
+    measures,
+    open,
+    prompt,
+    scenarios,
+    windows,
+)
+
+__all__ = [
+    "Error",
+    "Figure",
+    "Scenario",
+    "Table",
+    "Window",
+    "ask",
+    "check",
+    "from_tracks",
+    "index_batches",
+    "inspect",
+    "judge",
+    "measure_batches",
+    "measures",
+    "open",
+    "prompt",
+    "scenarios",
+    "windows",
+]

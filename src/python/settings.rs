@@ -1,0 +1,89 @@
+//! What the user's configuration says, as commands read it.
+
+use nearmiss_drive::simulation::{Settings, TrafficMode};
+use nearmiss_formats::TableOptions;
+use nearmiss_scene::metrics::{Measure, OwnMeasures, Thresholds, measure, measures};
+use nearmiss_settings::{Config, Folders};
+use nearmiss_workflow::named_tables;
+
+use crate::errors::Problem;
+
+/// Folders, configuration and thresholds of the user; what ships with nearmiss where there is no home folder.
+pub struct User {
+    /// None without a home folder.
+    pub folders: Option<Folders>,
+    /// The configuration.
+    pub config: Config,
+    /// Thresholds of measures.
+    pub thresholds: Thresholds,
+}
+
+impl User {
+    /// Reads them.
+    ///
+    /// # Errors
+    /// One of the files is wrong: with its lines.
+    pub fn read() -> Result<Self, Problem> {
+        let folders = Folders::find().ok();
+        let (mut config, mut thresholds) = (Config::default(), Thresholds::shipped().clone());
+        if let Some(folders) = &folders {
+            let file = folders.config_file();
+            config = Config::read(&file).map_err(|error| Problem::new(error.in_short()))?;
+            thresholds = folders.user_thresholds()?;
+            let own = Config::measures(&file);
+            OwnMeasures::register(own.map_err(|error| Problem::new(error.in_short()))?);
+        }
+        Ok(Self {
+            folders,
+            config,
+            thresholds,
+        })
+    }
+
+    /// How egos are driven that are not recorded.
+    pub fn driving(&self) -> Settings {
+        Settings {
+            traffic: TrafficMode::Recorded,
+            ..Settings::from(&self.config.planning())
+        }
+    }
+
+    /// How tables of tracks are read, with these options over those of the configuration.
+    ///
+    /// # Errors
+    /// The columns are not what columns are called.
+    pub fn tables(
+        &self,
+        columns: Option<&str>,
+        rate: Option<f64>,
+        map: Option<std::path::PathBuf>,
+    ) -> Result<TableOptions, Problem> {
+        let columns = columns.map(str::parse).transpose();
+        Ok(TableOptions {
+            columns: columns.map_err(|error| Problem::new(format!("columns: {error}")))?,
+            rate,
+            map,
+            named: named_tables(&self.config)?,
+        })
+    }
+}
+
+/// The measures with these names; all of them where none are named.
+///
+/// # Errors
+/// One is not known, with what was probably meant.
+pub fn named_measures(names: Option<&[String]>) -> Result<Vec<&'static Measure>, Problem> {
+    let Some(names) = names else {
+        return Ok(measures().collect());
+    };
+    let named = |name: &String| {
+        measure(name).ok_or_else(|| {
+            Problem::new(nearmiss_base::system::unknown(
+                "measure",
+                name,
+                measures().map(|m| m.id),
+            ))
+        })
+    };
+    names.iter().map(named).collect()
+}

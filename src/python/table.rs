@@ -1,0 +1,247 @@
+//! Tables, given and taken as Arrow streams by the PyCapsule interface. The only file with unsafe code.
+
+use std::ffi::CStr;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use arrow_array::cast::AsArray;
+use arrow_array::ffi_stream::{FFI_ArrowArrayStream, RecordBatchStreamReader};
+use arrow_array::types::{DurationMicrosecondType, Float64Type, Int64Type};
+use arrow_array::{ArrayRef, RecordBatch, RecordBatchIterator, RecordBatchReader};
+use arrow_ipc::writer::FileWriter;
+use arrow_schema::{ArrowError, DataType, SchemaRef};
+use nearmiss_record::{Clock, Row};
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyCapsule, PyCapsuleMethods, PyDict, PyList};
+
+use crate::errors::Problem;
+
+const STREAM: &CStr = c"arrow_array_stream";
+
+/// A table of Arrow batches.
+///
+/// `polars.DataFrame(table)`, `pyarrow.table(table)`, `duckdb.sql("from table")` and, from pandas 3 on,
+/// `pandas.DataFrame.from_arrow(table)` take it as it is. Without any of them `table.rows()` gives a dict a row. Moments of the
+/// recording are durations; units and meanings of columns are in `table.columns` and in the metadata of Arrow's fields.
+#[pyclass(frozen, module = "nearmiss")]
+pub struct Table {
+    schema: SchemaRef,
+    batches: Vec<RecordBatch>,
+}
+
+impl Table {
+    /// Rows of a table of ours.
+    ///
+    /// # Errors
+    /// A column without gaps has one.
+    pub fn new(table: &nearmiss_record::Table, rows: Vec<Row>) -> Result<Self, Problem> {
+        let schema = table.arrow_schema(Clock::Durations);
+        let batch = table.arrow_batch(&schema, rows).map_err(Problem::new)?;
+        let batches = vec![batch];
+        Ok(Self { schema, batches })
+    }
+
+    /// Tables of the same columns below each other; nothing of none.
+    pub fn joined(parts: Vec<Self>, schema: SchemaRef) -> Self {
+        let batches = parts.into_iter().flat_map(|part| part.batches).collect();
+        Self { schema, batches }
+    }
+
+    /// Everything that a Python object streams.
+    ///
+    /// # Errors
+    /// It is no table, or its stream breaks off.
+    pub fn taken(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let mut reader = reader(object)?;
+        let batches = reader.by_ref().collect::<Result<_, ArrowError>>();
+        Ok(Self {
+            batches: batches.map_err(Problem::new)?,
+            schema: reader.schema(),
+        })
+    }
+
+    /// The texts of a column; `None` without that column.
+    ///
+    /// # Errors
+    /// It holds no texts, or has gaps.
+    pub fn texts(&self, name: &str) -> Result<Option<Vec<String>>, Problem> {
+        if self.schema.field_with_name(name).is_err() {
+            return Ok(None);
+        }
+        let mut found = Vec::new();
+        for batch in &self.batches {
+            let Some(column) = batch.column_by_name(name) else {
+                continue;
+            };
+            let texts = arrow_cast::cast(column, &DataType::Utf8).map_err(Problem::new)?;
+            for text in texts.as_string::<i32>() {
+                let text =
+                    text.ok_or_else(|| Problem::new(format!("column {name}: a value is missing")))?;
+                found.push(text.to_string());
+            }
+        }
+        Ok(Some(found))
+    }
+
+    /// Writes it as an Arrow IPC file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), Problem> {
+        let file = File::create(path).map_err(|error| named(path, &error))?;
+        let broken = |error: ArrowError| named(path, &std::io::Error::other(error));
+        let mut writer = FileWriter::try_new(file, &self.schema).map_err(broken)?;
+        for batch in &self.batches {
+            writer.write(batch).map_err(broken)?;
+        }
+        writer.finish().map_err(broken)
+    }
+}
+
+/// The stream of a Python object: what has the Arrow interface, or a DataFrame of an older pandas.
+#[allow(unsafe_code)]
+fn reader(object: &Bound<'_, PyAny>) -> PyResult<RecordBatchStreamReader> {
+    let py = object.py();
+    let source = if object.hasattr("__arrow_c_stream__")? {
+        object.clone()
+    } else if object.hasattr("__arrow_c_array__")? || object.hasattr("iloc")? {
+        // A batch alone, and pandas before 2.2, stream by pyarrow, which both need to be there at all.
+        let arrow = py.import("pyarrow")?;
+        if object.hasattr("iloc")? {
+            arrow
+                .getattr("Table")?
+                .call_method1("from_pandas", (object,))?
+        } else {
+            let batches = PyList::new(py, [object])?;
+            arrow
+                .getattr("Table")?
+                .call_method1("from_batches", (batches,))?
+        }
+    } else {
+        return Err(PyTypeError::new_err(format!(
+            "{} is no table: expected __arrow_c_stream__ (pyarrow, polars, DuckDB) or a pandas DataFrame",
+            object.get_type().name()?
+        )));
+    };
+    let capsule = source.call_method0("__arrow_c_stream__")?;
+    let capsule = capsule.cast::<PyCapsule>()?;
+    let pointer = capsule.pointer_checked(Some(STREAM))?;
+    // SAFETY: the capsule has this name, so it holds a stream of Arrow's C interface, which stays there as long as the
+    // capsule. `from_raw` moves the stream out and leaves a released one behind, as the interface asks of consumers.
+    let stream = unsafe { FFI_ArrowArrayStream::from_raw(pointer.cast().as_ptr()) };
+    Ok(RecordBatchStreamReader::try_new(stream).map_err(Problem::new)?)
+}
+
+#[pymethods]
+impl Table {
+    /// The stream, for libraries that take Arrow; each call begins anew.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        // The interface lets a producer keep to its own schema.
+        let _ = requested_schema;
+        let batches = self.batches.clone().into_iter().map(Ok);
+        let reader = RecordBatchIterator::new(batches, self.schema.clone());
+        let stream = FFI_ArrowArrayStream::new(Box::new(reader));
+        PyCapsule::new_with_value(py, stream, STREAM)
+    }
+
+    fn __len__(&self) -> usize {
+        self.batches.iter().map(RecordBatch::num_rows).sum()
+    }
+
+    fn __repr__(&self) -> String {
+        let names = self
+            .schema
+            .fields()
+            .iter()
+            .map(|field| field.name().as_str());
+        let names: Vec<&str> = names.collect();
+        format!(
+            "<nearmiss.Table: {} rows of {}>",
+            self.__len__(),
+            names.join(", ")
+        )
+    }
+
+    /// The columns: what each means and its unit, by its name.
+    #[getter]
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        for field in self.schema.fields() {
+            let said = |key: &str| {
+                field
+                    .metadata()
+                    .get(key)
+                    .map(String::as_str)
+                    .unwrap_or_default()
+                    .to_string()
+            };
+            let words = match said("unit") {
+                unit if unit.is_empty() => said("description"),
+                unit => format!("{} [{unit}]", said("description")),
+            };
+            columns.set_item(field.name(), words)?;
+        }
+        Ok(columns)
+    }
+
+    /// A dict for each row; None where there is no value, and a `datetime.timedelta` for a moment.
+    fn rows<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let rows = PyList::empty(py);
+        for batch in &self.batches {
+            for place in 0..batch.num_rows() {
+                let row = PyDict::new(py);
+                for (field, column) in self.schema.fields().iter().zip(batch.columns()) {
+                    row.set_item(field.name(), value(py, column, place)?)?;
+                }
+                rows.append(row)?;
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Writes it as an Arrow IPC file (.arrow), which polars, pandas, DuckDB and nearmiss read.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        Ok(py.detach(|| self.save(&path))?)
+    }
+}
+
+fn named(path: &Path, error: &std::io::Error) -> Problem {
+    let why = nearmiss_base::system::error_text(error);
+    Problem::new(format!("{}: {why}", path.display()))
+}
+
+/// A cell as Python's own.
+fn value<'py>(py: Python<'py>, column: &ArrayRef, place: usize) -> PyResult<Bound<'py, PyAny>> {
+    if column.is_null(place) {
+        return Ok(py.None().into_bound(py));
+    }
+    match column.data_type() {
+        DataType::Int64 => column
+            .as_primitive::<Int64Type>()
+            .value(place)
+            .into_bound_py_any(py),
+        DataType::Float64 => column
+            .as_primitive::<Float64Type>()
+            .value(place)
+            .into_bound_py_any(py),
+        DataType::Boolean => column.as_boolean().value(place).into_bound_py_any(py),
+        DataType::Duration(_) => {
+            let micros = column
+                .as_primitive::<DurationMicrosecondType>()
+                .value(place);
+            let options = PyDict::new(py);
+            options.set_item("microseconds", micros)?;
+            py.import("datetime")?
+                .getattr("timedelta")?
+                .call((), Some(&options))
+        }
+        _ => column.as_string::<i32>().value(place).into_bound_py_any(py),
+    }
+}
