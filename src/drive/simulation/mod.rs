@@ -12,8 +12,9 @@ mod traffic;
 pub use closed_loop::{Control, DriveSpan, Driver, MOST_DRIVEN, MotionFault};
 pub use collision::{Collision, ContactSide, EndOfDriveCheck};
 pub use external::{
-    Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,
-    PlannerError, PlannerFault, ReferencePoint, planner_message_names, planner_message_schema,
+    Answering, Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,
+    PlannerError, PlannerFault, PlannerFunction, ReferencePoint, planner_message_names,
+    planner_message_schema,
 };
 pub use rollout::{
     BeyondVehicle, CollisionKind, Cycle, DriveError, Outcome, ResumableRollout, Rollout, Settings,

@@ -1,4 +1,5 @@
-//! Planners that are processes of their own and read JSON from a pipe, and what goes wrong with them.
+//! Planners that are processes of their own and read JSON from a pipe, or functions that get the same, and what goes wrong
+//! with them.
 //!
 //! nearmiss starts the process, says `hello` with scenario, road and planning problem, and asks for a trajectory each
 //! cycle. The drive itself is that of the built-in planner: the same loop, contacts, goals and edges of the road.
@@ -10,10 +11,10 @@ mod protocol;
 mod reading;
 mod session;
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use process::Process;
+use process::Peer;
 use protocol::Ready;
 use strum::{IntoStaticStr, VariantArray};
 
@@ -86,13 +87,24 @@ impl ExternalOptions {
     }
 }
 
+/// A planner that is a function of this program: what its process would be.
+pub trait PlannerFunction: std::fmt::Debug + Send + Sync {
+    /// What answers the requests of one drive, on a thread of its own.
+    fn begin(&self) -> Answering;
+}
+
+/// Answers a request of the protocol, `hello` or `plan`, with a line of the protocol; where it fails, says how.
+pub type Answering = Box<dyn FnMut(&str) -> Result<String, String> + Send>;
+
 /// A planner that is a process; many drives at once may use it, each with a process of its own.
 #[derive(Debug)]
 pub struct ExternalPlanner {
     name: String,
     options: ExternalOptions,
+    /// What answers in place of a process.
+    function: Option<Arc<dyn PlannerFunction>>,
     /// Processes that wait for their next drive.
-    idle: Mutex<Vec<Process>>,
+    idle: Mutex<Vec<Peer>>,
     ready: OnceLock<Ready>,
 }
 
@@ -103,9 +115,22 @@ impl ExternalPlanner {
         Self {
             name: name.into(),
             options,
+            function: None,
             idle: Mutex::default(),
             ready: OnceLock::new(),
         }
+    }
+
+    /// A planner that is a function: there is no command among its options.
+    #[must_use]
+    pub fn of_function(
+        name: impl Into<String>,
+        options: ExternalOptions,
+        function: Arc<dyn PlannerFunction>,
+    ) -> Self {
+        let mut planner = Self::new(name, options);
+        planner.function = Some(function);
+        planner
     }
 
     /// The name under which it was chosen: that of the configuration, else its command.
@@ -129,21 +154,24 @@ impl ExternalPlanner {
     }
 
     /// A process that waits, else a new one.
-    fn process(&self) -> Result<Process, Fault> {
+    fn peer(&self) -> Result<Peer, Fault> {
         let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         // One that has ended, or has written something since its last drive, is of no use for another one.
-        while let Some(mut process) = idle.pop() {
-            if process.is_waiting() {
-                return Ok(process);
+        while let Some(mut peer) = idle.pop() {
+            if peer.is_waiting() {
+                return Ok(peer);
             }
         }
         drop(idle);
-        Process::start(&self.options.command)
+        match &self.function {
+            Some(function) => Ok(Peer::of_function(function.begin())),
+            None => Peer::start(&self.options.command),
+        }
     }
 
-    fn put_back(&self, process: Process) {
+    fn put_back(&self, peer: Peer) {
         let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        idle.push(process);
+        idle.push(peer);
     }
 
     fn remember(&self, ready: &Ready) {
@@ -155,12 +183,12 @@ impl ExternalPlanner {
 impl Drop for ExternalPlanner {
     fn drop(&mut self) {
         let idle = self.idle.get_mut().unwrap_or_else(PoisonError::into_inner);
-        for process in idle.iter_mut() {
-            process.dismiss(session::bye());
+        for peer in idle.iter_mut() {
+            peer.dismiss(session::bye());
         }
         let until = Instant::now() + process::GRACE;
-        for process in idle.drain(..) {
-            process.wait_for_its_end(until);
+        for peer in idle.drain(..) {
+            peer.wait_for_its_end(until);
         }
     }
 }

@@ -1,4 +1,5 @@
-//! A planner's process: started without a shell, spoken to in lines, and ended with all that it started.
+//! Who answers a planner's requests: its process, started without a shell, spoken to in lines, and ended with all that it
+//! started; or a function of this program, on a thread of its own.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
@@ -7,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::{Fault, PlannerFault};
+use super::{Answering, Fault, PlannerFault};
 use crate::planner::Cancel;
 use nearmiss_base::system::processes::ended;
 use nearmiss_base::system::{self, ProcessGroup};
@@ -27,23 +28,32 @@ const POLL: Duration = Duration::from_millis(50);
 /// How long a planner may take to end by itself.
 pub(super) const GRACE: Duration = Duration::from_millis(500);
 
-/// What was read of standard output.
+/// What was answered.
 #[derive(Debug)]
 enum Heard {
     Line(String),
+    /// The function failed, and how.
+    Failed(String),
     /// A line that is longer than any may be.
     TooLong,
     /// Bytes that are no text.
     NoText,
 }
 
-/// A running planner.
+/// A running planner: requests go to it, and answers come from it.
 #[derive(Debug)]
-pub(super) struct Process {
-    child: Child,
-    group: ProcessGroup,
+pub(super) struct Peer {
     to: Option<Sender<Vec<u8>>>,
     from: Receiver<Heard>,
+    /// None of a function.
+    process: Option<Process>,
+}
+
+/// Its process.
+#[derive(Debug)]
+struct Process {
+    child: Child,
+    group: ProcessGroup,
     stderr: Arc<Mutex<Vec<u8>>>,
     /// Reads standard error until its end.
     listener: Option<JoinHandle<()>>,
@@ -59,7 +69,29 @@ pub(super) enum NoLine {
     Fault(Fault),
 }
 
-impl Process {
+impl Peer {
+    /// A function, which answers on a thread of its own: one that takes too long is not waited for, and cannot be ended.
+    pub fn of_function(mut answer: Answering) -> Self {
+        let (to, asked) = channel::<Vec<u8>>();
+        let (read, from) = sync_channel(MAX_WAITING_LINES);
+        std::thread::spawn(move || {
+            for bytes in asked {
+                let heard = match answer(&String::from_utf8_lossy(&bytes)) {
+                    Ok(line) => Heard::Line(line),
+                    Err(why) => Heard::Failed(why),
+                };
+                if read.send(heard).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            to: Some(to),
+            from,
+            process: None,
+        }
+    }
+
     /// Starts a program with its arguments, in a process group of its own.
     ///
     /// # Errors
@@ -103,18 +135,22 @@ impl Process {
             std::thread::spawn(move || keep_last(stream, &kept))
         });
         Ok(Self {
-            child,
-            group,
             to: Some(to),
             from,
-            stderr,
-            listener,
+            process: Some(Process {
+                child,
+                group,
+                stderr,
+                listener,
+            }),
         })
     }
 
     /// Sends a line, without waiting until it is read.
     pub fn send(&self, mut line: Vec<u8>) {
-        line.push(b'\n');
+        if self.process.is_some() {
+            line.push(b'\n');
+        }
         if let Some(to) = &self.to {
             // Its reader has gone only where the planner has.
             let _ = to.send(line);
@@ -136,6 +172,9 @@ impl Process {
                     let details = "bytes that are not UTF-8";
                     return Err(NoLine::Fault(Fault::new(PlannerFault::Nonsense, details)));
                 }
+                Ok(Heard::Failed(details)) => {
+                    return Err(NoLine::Fault(Fault::new(PlannerFault::Died, details)));
+                }
                 Err(RecvTimeoutError::Disconnected) => return Err(NoLine::Fault(self.died())),
                 Err(RecvTimeoutError::Timeout) if cancel.is_asked() => {
                     return Err(NoLine::Cancelled);
@@ -150,12 +189,68 @@ impl Process {
     pub fn unasked(&mut self) -> Option<String> {
         match self.from.try_recv().ok()? {
             Heard::Line(line) => Some(line),
-            Heard::TooLong | Heard::NoText => Some(String::new()),
+            Heard::Failed(_) | Heard::TooLong | Heard::NoText => Some(String::new()),
         }
     }
 
     /// The last lines of standard error.
     pub fn stderr(&self) -> Vec<String> {
+        self.process
+            .as_ref()
+            .map(Process::stderr)
+            .unwrap_or_default()
+    }
+
+    /// It answers no more: how it ended.
+    fn died(&mut self) -> Fault {
+        match &mut self.process {
+            Some(process) => process.died(),
+            // Its thread ends only with a panic.
+            None => Fault::new(PlannerFault::Died, "internal error of the function"),
+        }
+    }
+
+    /// Whether it waits for its next drive: it runs, and wrote nothing that was not asked for.
+    pub fn is_waiting(&mut self) -> bool {
+        self.unasked().is_none()
+            && (self.process.as_mut()).is_none_or(|process| ended(&mut process.child).is_none())
+    }
+
+    /// Asks it to end, with a last line, and does not wait. A function ends where nothing is asked of it any more.
+    pub fn dismiss(&mut self, last: Vec<u8>) {
+        if self.process.is_some() {
+            self.send(last);
+        }
+        self.to = None;
+    }
+
+    /// Asks it to end, with a last line, and ends it where it does not within half a second; the last lines of its
+    /// standard error.
+    pub fn end(mut self, last: Vec<u8>) -> Vec<String> {
+        self.dismiss(last);
+        let until = Instant::now() + GRACE;
+        self.wait_for_its_end(until);
+        self.last_words()
+    }
+
+    /// Waits until it closes its standard output.
+    pub fn wait_for_its_end(&self, until: Instant) {
+        while self.process.is_some() && Instant::now() < until {
+            let left = until.saturating_duration_since(Instant::now());
+            if let Err(RecvTimeoutError::Disconnected) = self.from.recv_timeout(left) {
+                break;
+            }
+        }
+    }
+
+    /// Ends it, with all that it started; the last lines of its standard error.
+    pub fn last_words(self) -> Vec<String> {
+        self.process.map(Process::last_words).unwrap_or_default()
+    }
+}
+
+impl Process {
+    fn stderr(&self) -> Vec<String> {
         let kept = self.stderr.lock().unwrap_or_else(PoisonError::into_inner);
         let text = String::from_utf8_lossy(&kept);
         let lines = text.lines().map(|line| line.trim_end().to_string());
@@ -174,38 +269,7 @@ impl Process {
         Fault::new(PlannerFault::Died, details)
     }
 
-    /// Whether it waits for its next drive: it runs, and wrote nothing that was not asked for.
-    pub fn is_waiting(&mut self) -> bool {
-        self.unasked().is_none() && ended(&mut self.child).is_none()
-    }
-
-    /// Asks it to end, with a last line, and does not wait.
-    pub fn dismiss(&mut self, last: Vec<u8>) {
-        self.send(last);
-        self.to = None;
-    }
-
-    /// Asks it to end, with a last line, and ends it where it does not within half a second; the last lines of its
-    /// standard error.
-    pub fn end(mut self, last: Vec<u8>) -> Vec<String> {
-        self.dismiss(last);
-        let until = Instant::now() + GRACE;
-        self.wait_for_its_end(until);
-        self.last_words()
-    }
-
-    /// Waits until it closes its standard output.
-    pub fn wait_for_its_end(&self, until: Instant) {
-        while Instant::now() < until {
-            let left = until.saturating_duration_since(Instant::now());
-            if let Err(RecvTimeoutError::Disconnected) = self.from.recv_timeout(left) {
-                break;
-            }
-        }
-    }
-
-    /// Ends it, with all that it started; the last lines of its standard error.
-    pub fn last_words(self) -> Vec<String> {
+    fn last_words(self) -> Vec<String> {
         self.group.kill();
         let until = Instant::now() + GRACE;
         // What has left its group may hold it open.

@@ -6,7 +6,7 @@ use nearmiss_base::geometry::{Pose, normalize_angle};
 use nearmiss_scene::scenario::Scenario;
 
 use super::messages::{SceneMessageBuilder, hello};
-use super::process::{NoLine, Process};
+use super::process::{NoLine, Peer};
 use super::protocol::{Answer, Bye, Message, Ready, Trajectory};
 use super::reading::{Reader, answer, joined, ready, shown};
 use super::{Clock, ExternalPlanner, Fault, NoTrajectory, PlannerFault};
@@ -25,7 +25,7 @@ pub(in crate::simulation) struct Session<'a> {
     driver: &'a Driver,
     scenario: &'a Scenario,
     span: DriveSpan,
-    running: Option<(Process, Ready)>,
+    running: Option<(Peer, Ready)>,
     report: ExternalReport,
     /// In real time: what is driven until the next answer counts, from its step on.
     in_force: Option<(i64, Vec<VehicleState>)>,
@@ -60,8 +60,8 @@ impl<'a> Session<'a> {
         match self.try_plan(scenario, state, step, cancel) {
             Err(Stop::Fault(fault)) => {
                 wait_for_last_words(&fault);
-                if let Some((process, _)) = self.running.take() {
-                    self.report.stderr = process.last_words();
+                if let Some((peer, _)) = self.running.take() {
+                    self.report.stderr = peer.last_words();
                 }
                 let kind = fault.fault;
                 self.report.fail(&fault, step);
@@ -90,13 +90,13 @@ impl<'a> Session<'a> {
 
     /// Gives the process back or ends it; what became of the drive.
     pub fn end(mut self) -> ExternalReport {
-        if let Some((mut process, ready)) = self.running.take() {
-            self.report.stderr = if ready.reusable && process.is_waiting() {
-                let written = process.stderr();
-                self.planner.put_back(process);
+        if let Some((mut peer, ready)) = self.running.take() {
+            self.report.stderr = if ready.reusable && peer.is_waiting() {
+                let written = peer.stderr();
+                self.planner.put_back(peer);
                 written
             } else {
-                process.end(bye())
+                peer.end(bye())
             };
         }
         self.report
@@ -112,19 +112,19 @@ impl<'a> Session<'a> {
         if self.running.is_none() {
             self.start(cancel)?;
         }
-        let Some((process, ready)) = &mut self.running else {
+        let Some((peer, ready)) = &mut self.running else {
             return Err(Fault::new(PlannerFault::NotStarted, "").into());
         };
-        if let Some(unasked) = process.unasked() {
+        if let Some(unasked) = peer.unasked() {
             let details = format!("before it was asked at step {step}: {}", shown(&unasked));
             return Err(Fault::new(PlannerFault::Flood, details).into());
         }
         let teller = SceneMessageBuilder::new(self.driver, scenario, self.span.step, ready);
         let message = teller.message(state, step);
         let began = Instant::now();
-        process.send(line(&Message::Plan(&message)));
+        peer.send(line(&Message::Plan(&message)));
         let limit = self.planner.options.cycle;
-        let text = process
+        let text = peer
             .receive(limit, cancel)
             .map_err(|none| Stop::from_no_line(none, PlannerFault::CycleTimeout, limit))?;
         let trajectory = match answer(&text)? {
@@ -163,12 +163,12 @@ impl<'a> Session<'a> {
 
     fn start(&mut self, cancel: &Cancel) -> Result<(), Stop> {
         let began = Instant::now();
-        let mut process = self.planner.process()?;
+        let mut peer = self.planner.peer()?;
         let clock = self.planner.options.clock.name();
         let hello = hello(self.driver, self.scenario, &self.span, clock);
-        process.send(line(&Message::Hello(&hello)));
+        peer.send(line(&Message::Hello(&hello)));
         let limit = self.planner.options.start;
-        let text = process.receive(limit, cancel);
+        let text = peer.receive(limit, cancel);
         // Its last words are kept, whatever it answered.
         let ready = text
             .map_err(|none| Stop::from_no_line(none, PlannerFault::StartTimeout, limit))
@@ -179,7 +179,7 @@ impl<'a> Session<'a> {
                 if let Stop::Fault(fault) = &stop {
                     wait_for_last_words(fault);
                 }
-                self.report.stderr = process.last_words();
+                self.report.stderr = peer.last_words();
                 return Err(stop);
             }
         };
@@ -187,7 +187,7 @@ impl<'a> Session<'a> {
         ready.history = ready.history.max(self.planner.options.history);
         self.report.greeted(&ready, began.elapsed());
         self.planner.remember(&ready);
-        self.running = Some((process, ready));
+        self.running = Some((peer, ready));
         Ok(())
     }
 
