@@ -164,7 +164,7 @@ impl ExternalPlanner {
         }
         drop(idle);
         match &self.function {
-            Some(function) => Ok(Peer::of_function(function.begin())),
+            Some(function) => Peer::of_function(function.begin()),
             None => Peer::start(&self.options.command),
         }
     }

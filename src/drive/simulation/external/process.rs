@@ -19,6 +19,9 @@ const LONGEST_LINE: u64 = 8 << 20;
 /// Lines that may wait to be read; then the planner waits.
 const MAX_WAITING_LINES: usize = 4;
 
+/// Stack of a function's thread, bytes: as much as a program has.
+const STACK: usize = 8 << 20;
+
 /// Bytes of standard error that are kept, the last ones.
 const STDERR: usize = 16 << 10;
 
@@ -71,10 +74,13 @@ pub(super) enum NoLine {
 
 impl Peer {
     /// A function, which answers on a thread of its own: one that takes too long is not waited for, and cannot be ended.
-    pub fn of_function(mut answer: Answering) -> Self {
+    ///
+    /// # Errors
+    /// The system starts no thread.
+    pub fn of_function(mut answer: Answering) -> Result<Self, Fault> {
         let (to, asked) = channel::<Vec<u8>>();
         let (read, from) = sync_channel(MAX_WAITING_LINES);
-        std::thread::spawn(move || {
+        let answering = move || {
             for bytes in asked {
                 let heard = match answer(&String::from_utf8_lossy(&bytes)) {
                     Ok(line) => Heard::Line(line),
@@ -84,12 +90,17 @@ impl Peer {
                     return;
                 }
             }
-        });
-        Self {
+        };
+        let thread = std::thread::Builder::new().name("planner".into());
+        thread
+            .stack_size(STACK)
+            .spawn(answering)
+            .map_err(|error| Fault::new(PlannerFault::NotStarted, system::error_text(&error)))?;
+        Ok(Self {
             to: Some(to),
             from,
             process: None,
-        }
+        })
     }
 
     /// Starts a program with its arguments, in a process group of its own.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::messages::{SceneMessageBuilder, hello};
 use super::protocol::{Message, PlannedState, Ready, ReferencePoint, Trajectory};
@@ -328,4 +328,70 @@ fn a_program_that_is_not_there_is_a_clear_end() {
     let names: std::collections::BTreeSet<&str> =
         PlannerFault::ALL.iter().map(|fault| fault.name()).collect();
     assert_eq!(names.len(), PlannerFault::ALL.len());
+}
+
+/// Goes straight on; fails at a step.
+#[derive(Debug)]
+struct StraightOn {
+    fails_at: Option<i64>,
+}
+
+impl PlannerFunction for StraightOn {
+    fn begin(&self) -> Answering {
+        let (fails_at, mut dt) = (self.fails_at, None);
+        Box::new(move |line| {
+            let message: Value = serde_json::from_str(line).unwrap();
+            if message["type"] == "hello" {
+                dt = message["dt"].as_f64();
+                return Ok(json!({"type": "ready", "protocol": 1, "name": "straight"}).to_string());
+            }
+            if message["step"].as_i64() == fails_at {
+                return Err("ValueError: no lane".into());
+            }
+            let (ego, way) = (&message["ego"], dt.unwrap());
+            let number = |key: &str| ego[key].as_f64().unwrap();
+            let (sin, cos) = number("heading").sin_cos();
+            let states = (0..20).map(|k| {
+                let way = f64::from(k) * way * number("velocity");
+                json!({
+                    "x": number("x") + way * cos, "y": number("y") + way * sin,
+                    "heading": number("heading"), "velocity": number("velocity"),
+                })
+            });
+            let states: Vec<Value> = states.collect();
+            let answer = json!({"type": "trajectory", "step": message["step"], "states": states});
+            Ok(answer.to_string())
+        })
+    }
+}
+
+#[test]
+fn a_function_drives_like_a_process_and_its_failure_ends_the_drive() {
+    let scenario = bundled()[0].read().unwrap();
+    let drive = |fails_at| {
+        let (options, function) = (ExternalOptions::new(Vec::new()), StraightOn { fails_at });
+        let planner = ExternalPlanner::of_function("mine", options, Arc::new(function));
+        let problem = &scenario.planning_problems[0];
+        let driver = Driver::new(&scenario, problem, &settings(Forecast::Lane))
+            .unwrap()
+            .driven_by(Some(Arc::new(planner)));
+        driver.drive(&scenario, &driver.full_span())
+    };
+    let (one, two) = (drive(None), drive(None));
+    assert!(one.states.len() > 10, "{:?}", one.external);
+    assert_eq!(one.states, two.states);
+    let report = one.external.unwrap();
+    assert_eq!(
+        (report.planner.as_str(), report.name.as_str()),
+        ("mine", "straight")
+    );
+    let first = one.states[0].0;
+    let failed = drive(Some(first + 3));
+    assert_eq!(failed.outcome.name(), "planner_error");
+    let report = failed.external.unwrap();
+    assert_eq!(
+        (report.fault, report.fault_step),
+        (Some(PlannerFault::Died), Some(first + 3))
+    );
+    assert_eq!(report.message.as_deref(), Some("ValueError: no lane"));
 }
