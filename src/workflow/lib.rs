@@ -10,9 +10,11 @@
 //! - [`pack`], [`unpack`]: a batch with its answers as one file, for other machines
 //! - [`Selector`]: the scenarios that a filter of the list lets through
 //! - [`prepare`]: the planner drives the ego of a planning problem
+//! - [`drive`]: who drives, what became of it, and records of it
 //! - [`Monitor`]: a judge beside the planner, whose warnings may brake
 //! - [`VariantOrigin`]: a saved variant with its manifest, and where its original is
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
+//! - [`variant`]: what was made of a scenario, records of it, and its files
 //! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
 //! - [`search_index`]: the windows of an index that a filter lets through
 //! - [`write_filter`]: a model writes the filter that a sentence means
@@ -32,6 +34,7 @@ mod ask;
 mod ask_document;
 pub mod batch;
 mod bundle;
+pub mod drive;
 mod examples;
 mod experiment;
 mod generate;
@@ -51,6 +54,7 @@ mod stand_in;
 pub mod tables;
 mod truth;
 pub mod tune;
+pub mod variant;
 
 pub use answer_page::{answer_page, count_claims, files_of_batches, is_unchecked};
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
@@ -85,6 +89,7 @@ pub use original::{
 pub use overview::{Overview, ScenarioRow};
 pub use plan::{
     PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
+    prepare_read,
 };
 pub use question::{DescribedWindow, QuestionRequest, described, question};
 pub use reading::{named_tables, read_as_said};

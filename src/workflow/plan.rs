@@ -7,10 +7,10 @@ use nearmiss_drive::simulation::{
     Cycle, DriveError, Driver, ExternalPlanner, ExternalReport, PlannerFault, Rollout, Settings,
     TrafficMode,
 };
-use nearmiss_formats::Entry;
+use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::scenario::{Ego, PlanningProblem, Scenario, Scene};
 
-use super::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
+use super::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_with_ego};
 
 /// Whose ego is planned, and how.
 #[derive(Debug, Clone, Copy)]
@@ -104,6 +104,26 @@ pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
         error => PlanError::Unreadable(format!("{}: {error}", entry.display())),
     })?;
     prepare_opened(entry, opened, request.problem, request.settings)
+}
+
+/// The same for a scenario that is read, whose ego is the one beside it.
+///
+/// # Errors
+/// See [`PlanError`].
+pub fn prepare_read(
+    entry: &Entry,
+    scenario: Arc<Scenario>,
+    problem: Option<i64>,
+    settings: &Settings,
+) -> Result<PreparedPlan, PlanError> {
+    let scene = scene_with_ego(entry, &scenario, &EgoSelection::Beside)
+        .unwrap_or_else(|error| Err(MissingEgo::Unusable(error.to_string())));
+    let opened = OpenedScene {
+        scenario,
+        scene,
+        stands_in: false,
+    };
+    prepare_opened(entry, opened, problem, settings)
 }
 
 /// The same for a scenario that is open.

@@ -16,8 +16,8 @@ pub use read_file::{
     read_file, read_text, text_of,
 };
 pub use text::{
-    KeyBinding, Terminal, columns, disguises, error_text, escaped_json, escaped_xml, pad_end,
-    pad_start, shown_path, visible, without_folders,
+    KeyBinding, Terminal, columns, counted, disguises, error_text, escaped_json, escaped_xml,
+    pad_end, pad_start, shown_path, visible, without_folders,
 };
 pub use toml_text::{
     KeyLines, Mistake, TomlText, available, did_you_mean, line_at, nearest, shown_value, similar,

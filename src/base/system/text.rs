@@ -7,6 +7,15 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use unicode_width::UnicodeWidthStr;
 
+/// A count with its noun: `1 run`, `2 runs`.
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}
+
 /// `text` with every control character but line feeds and tabs replaced by its picture.
 ///
 /// Also replaced are the marks that turn the direction of writing, the invisible twins of ASCII and all other

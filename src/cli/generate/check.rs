@@ -8,10 +8,10 @@ use serde::Serialize;
 use crate::open::resolved;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_drive::generation::{
-    AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, RefusalRecord, attacked_planner,
+    AttackStyle, Gate, MOST_ATTACKERS, Refusal, RefusalRecord, attacked_planner,
 };
 use nearmiss_formats::Entry;
-use nearmiss_scene::scenario::Scenario;
+use nearmiss_workflow::variant::Gone;
 use nearmiss_workflow::{VariantOrigin, VariantProofs, verify_variant};
 
 /// Files round to four digits, mostly: half of the last one.
@@ -239,51 +239,4 @@ fn manifest_words(proofs: &VariantProofs) -> String {
         ));
     }
     words
-}
-
-/// An obstacle that vanishes before its recorded motion ends: no limit is broken by that, and no road user can do it.
-#[derive(Debug, Clone, Copy)]
-pub struct Gone {
-    /// The first step at which it is not there any more.
-    from: i64,
-    /// The last step of its recording.
-    recorded: i64,
-    /// How much earlier that is, steps and seconds.
-    early: i64,
-    seconds: f64,
-}
-
-impl Gone {
-    fn of(judged: &GateResult, original: &Scenario) -> Option<Self> {
-        let early = judged.verdict.as_ref().ok()?.early;
-        Self::early(judged.change.obstacle, early, original)
-    }
-
-    /// Of an obstacle whose new motion ends with step `until`.
-    pub fn after(id: i64, until: i64, original: &Scenario) -> Option<Self> {
-        let recorded = original.obstacle(id)?.track().steps().end - 1;
-        Self::early(id, recorded - until, original)
-    }
-
-    fn early(id: i64, early: i64, original: &Scenario) -> Option<Self> {
-        let obstacle = original.obstacle(id)?;
-        let recorded = obstacle.track().steps().end - 1;
-        (early > 0).then(|| Self {
-            from: recorded - early + 1,
-            recorded,
-            early,
-            seconds: early as f64 * original.dt(),
-        })
-    }
-}
-
-impl std::fmt::Display for Gone {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let steps = if self.early == 1 { "step" } else { "steps" };
-        write!(
-            f,
-            "is gone from step {} on, {} {steps} ({:.1} s) before its recording ends at step {}",
-            self.from, self.early, self.seconds, self.recorded
-        )
-    }
 }

@@ -10,18 +10,21 @@ mod table;
 mod variant;
 
 pub use check::CheckDocument;
-pub use line::VariantLine;
 pub use settings::keys;
 pub use summary::GenerateReport;
 
 use std::path::{Path, PathBuf};
 
-use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort, MOST_ATTACKERS, Wish};
+use nearmiss_drive::generation::{AttackStyle, Effort, Wish};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::commonroad::NewFile;
 use nearmiss_settings::Config;
 use nearmiss_study::evaluation::generating::Ranking;
+use nearmiss_workflow::variant::{
+    AttackRequest, attacker_count, attackers_together, candidate_count, distinct_attackers,
+    reaction_time,
+};
 
 use super::ask::budget;
 use super::ending::interrupted;
@@ -79,7 +82,7 @@ pub struct GenerateArguments {
     #[arg(long, value_name = "N", value_parser = attacker_count)]
     attackers: Option<usize>,
     /// Maximum number of motions tried per scenario.
-    #[arg(long, value_name = "N", default_value_t = Effort::default().candidates, value_parser = count)]
+    #[arg(long, value_name = "N", default_value_t = Effort::default().candidates, value_parser = candidate_count)]
     candidates: usize,
     /// Seed of the search; the same seed finds the same attacks.
     #[arg(long, value_name = "N", default_value_t = Effort::default().seed)]
@@ -124,22 +127,6 @@ const PROBE: &str = ".nearmiss-can-write";
 
 /// The search's name among the models.
 const SEARCH: &str = "search";
-
-fn reaction_time(word: &str) -> Result<f64, String> {
-    let said = word.parse::<f64>().ok();
-    let known = DELAYS.into_iter().find(|delay| Some(*delay) == said);
-    known.ok_or_else(|| {
-        let known = DELAYS.map(|delay| format!("{delay:.1}"));
-        format!("expected one of {}", known.join(", "))
-    })
-}
-
-fn count(word: &str) -> Result<usize, String> {
-    match word.parse() {
-        Ok(n) if (1..=100_000).contains(&n) => Ok(n),
-        _ => Err("expected a number from 1 to 100000".into()),
-    }
-}
 
 impl GenerateArguments {
     /// The file for a summary of all scenarios.
@@ -196,11 +183,6 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let writer = (!searching)
         .then(|| Writer::new(arguments, &asking, &folders, &config))
         .transpose()?;
-    let by = match (&writer, &arguments.wish) {
-        (Some(writer), _) => writer.id().to_owned(),
-        (None, Some(wish)) => format!("{effort}, wish: {wish}, style {style}"),
-        (None, None) => format!("{effort}, style {style}"),
-    };
     let entries = arguments
         .part
         .of(settings::originals(entries, &arguments.paths)?);
@@ -218,15 +200,21 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         asked.and_then(|planner| identity(&entries, problem, &settings, planner, &cancel));
     let wanted = GenerateJob {
         writer,
-        settings,
-        planner,
         problem,
         identity,
-        effort,
-        style,
-        only: distinct_attackers(&arguments.attacker),
-        wish: arguments.wish.clone(),
+        attack: AttackRequest {
+            settings,
+            planner,
+            effort,
+            style,
+            only: distinct_attackers(&arguments.attacker),
+            wish: arguments.wish.clone(),
+        },
         past,
+    };
+    let by = match &wanted.writer {
+        Some(writer) => writer.id().to_owned(),
+        None => wanted.attack.search_in_words(),
     };
     if arguments.dry_run {
         return model::dry_run(&entries, &wanted);
@@ -237,7 +225,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         by: &by,
         unheard: arguments.output.is_some() || arguments.report.is_some(),
         summary: Summary::new(entries.len()),
-        table: Table::new(&entries, wanted.effort.together),
+        table: Table::new(&entries, wanted.attack.effort.together),
     };
     let done = Job::new("scenarios", &stop).keeping_finished().run(
         &entries,
@@ -297,22 +285,6 @@ fn prepared(arguments: &GenerateArguments) -> Result<Option<EarlierRun>, Failure
     Ok(past)
 }
 
-/// A number of attackers.
-fn attacker_count(word: &str) -> Result<usize, String> {
-    match word.parse() {
-        Ok(n) if (1..=MOST_ATTACKERS).contains(&n) => Ok(n),
-        _ => Err(format!("expected a number from 1 to {MOST_ATTACKERS}")),
-    }
-}
-
-/// The obstacles that may attack, each once: their order makes no difference.
-fn distinct_attackers(ids: &[i64]) -> Vec<i64> {
-    let mut ids = ids.to_vec();
-    ids.sort_unstable();
-    ids.dedup();
-    ids
-}
-
 /// How many obstacles attack together at most.
 ///
 /// # Errors
@@ -330,17 +302,6 @@ fn attackers_asked_for(arguments: &GenerateArguments, config: &Config) -> Result
             "{several}: a language model writes the motion of one attacker; several attack with --model {SEARCH}"
         ));
     }
-    match (arguments.attackers, ids) {
-        (Some(n), ids) if ids > 0 && n > ids => Err(format!(
-            "--attackers {n}: --attacker names {}; name at least {n}, or none",
-            if ids == 1 {
-                "1 obstacle".into()
-            } else {
-                format!("{ids} obstacles")
-            }
-        )),
-        (Some(n), _) => Ok(n),
-        (None, 0) => Ok(config.attackers.unwrap_or(1)),
-        (None, ids) => Ok(ids.min(MOST_ATTACKERS)),
-    }
+    let options = ("--attackers ", "--attacker");
+    attackers_together(arguments.attackers, ids, config.attackers, options)
 }

@@ -16,6 +16,7 @@ use nearmiss_study::evaluation::batch::Spec;
 use nearmiss_study::evaluation::generating::{
     self, Author, AuthorError, Authored, AuthoredRecord, Bound, Tries, bound,
 };
+use nearmiss_workflow::variant::WriterSettings;
 use nearmiss_workflow::{AttackSource, AttackWriter, GenerateRequest, Models, Server, generate};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -23,7 +24,7 @@ use serde_json::json;
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
-use super::settings::{AskSettings, WriterSettings};
+use super::settings::AskSettings;
 use super::variant::GenerateJob;
 use crate::ending::interrupted;
 use crate::many_files::{Job, NEXT};
@@ -357,15 +358,15 @@ pub fn dry_run(entries: &[Entry], job: &GenerateJob) -> Outcome {
             author: writer.author(&entry.name),
             found: Mutex::new(None),
         };
-        let prepared = request(entry, job.problem, &job.settings);
+        let prepared = request(entry, job.problem, &job.attack.settings);
         let counted = prepared.and_then(|prepared| {
-            let prepared = prepared.driven_by(job.planner.clone());
+            let prepared = prepared.driven_by(job.attack.planner.clone());
             let request = GenerateRequest {
                 prepared: &prepared,
-                attackers: &job.only,
+                attackers: &job.attack.only,
                 wish: None,
-                delay: job.effort.delay,
-                style: job.style,
+                delay: job.attack.effort.delay,
+                style: job.attack.style,
                 source: AttackSource::Model(&counter),
             };
             generate(&request, &cancel, &mut |_| {})

@@ -6,14 +6,13 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::line::VariantLine;
-use super::settings::{GenerationSettings, PROMPTS};
 use crate::{Failure, output};
 use nearmiss_base::system;
 use nearmiss_drive::generation::{Manifest, OutcomeName, PlannerIdentity, VariantFiles};
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::ContentHash;
 use nearmiss_workflow::is_unchanged;
+use nearmiss_workflow::variant::{GenerationSettings, PROMPTS, VariantLine};
 
 /// Results of an earlier run, by the hash of the original.
 #[derive(Debug, Default)]

@@ -7,7 +7,7 @@ use super::*;
 use nearmiss_drive::generation::RefusalRecord;
 use nearmiss_study::evaluation::generating::AuthoredRecord;
 
-use super::super::settings::SearchSettings;
+use nearmiss_workflow::variant::SearchSettings;
 
 const XML: &[u8] = b"<commonRoad/>";
 

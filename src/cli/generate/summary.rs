@@ -6,7 +6,6 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::line::VariantLine;
 use super::model::{ModelFigures, ModelsReport};
 use super::table;
 use crate::json::Output;
@@ -15,6 +14,7 @@ use nearmiss_drive::generation::{MotionQuantity, MotionSamples, OutcomeName};
 use nearmiss_formats::commonroad::NewFile;
 use nearmiss_scene::scenario::{HumanLimits, ObstacleType};
 use nearmiss_workflow::PlanError;
+use nearmiss_workflow::variant::VariantLine;
 
 /// Counts over all scenarios.
 #[derive(Debug, Default)]

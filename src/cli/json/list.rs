@@ -6,6 +6,8 @@ use nearmiss_study::evaluation::batch::QuestionLine;
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
+use nearmiss_workflow::drive::DriveRecord;
+use nearmiss_workflow::variant::VariantLine;
 use nearmiss_workflow::{AskDocument, ScenarioRow};
 
 use super::derived::{Derived, derived, noun};
@@ -21,7 +23,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<batches::Document>(),
     derived::<generate::CheckDocument>(),
     derived::<generate::GenerateReport>(),
-    derived::<generate::VariantLine>(),
+    derived::<VariantLine>(),
     derived::<prompt::DescriptionDocument>(),
     derived::<doctor::Document>(),
     derived::<evaluate::BatchDocument>(),
@@ -40,7 +42,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<models::ModelLine<'static>>(),
     derived::<plan::ComparisonRecord>(),
     derived::<plan::CycleRecord>(),
-    derived::<plan::DriveRecord>(),
+    derived::<DriveRecord>(),
     derived::<plan::MonitorDryRun>(),
     derived::<plan::NotDrivenRecord>(),
     derived::<plan::StandardErrorRecord>(),

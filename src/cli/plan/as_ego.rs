@@ -3,20 +3,21 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::driven::{self, DrivenScenario};
-use super::options::{BUILT_IN, PlannerChoice};
-use super::{DriveRecord, PlannerOptions};
+use super::driven;
 use crate::ending::interrupted;
 use crate::many_files::{Job, NEXT};
 use crate::open::configuration;
 use crate::{Failure, output};
 use nearmiss_base::system::{self, save_private};
 use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::{Outcome, Settings, TrafficMode};
+use nearmiss_drive::simulation::{Clock, Outcome, Settings, TrafficMode};
 use nearmiss_formats::{EgoSelection, Entry, PlannerDrives, write_recording};
 use nearmiss_scene::scenario::ContentHash;
 use nearmiss_settings::{Config, Planning};
 use nearmiss_workflow::PlannerFailure;
+use nearmiss_workflow::drive::{
+    BUILT_IN, DriveOptions, DriveRecord, DrivenScenario, PlannerChoice,
+};
 
 /// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
 const WORD: &str = "planner";
@@ -39,11 +40,9 @@ pub fn named(said: &str) -> Option<&str> {
 /// There is no such planner, no scenario could be driven, the drives cannot be kept, or the user asked for an end.
 pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoSelection, Failure> {
     let (folders, config) = configuration()?;
-    let planner = PlannerOptions::named(said, &config)
-        // It is an ego here.
-        .map_err(|failure| {
-            Failure::input(failure.message.replacen("--planner ", "--ego planner:", 1))
-        })?;
+    let usual = (None, Clock::default());
+    let planner =
+        PlannerChoice::named(said, "--ego planner:", &config, usual).map_err(Failure::input)?;
     let settings = settings(&config);
     let mut kept = CachedDrives::default();
     kept.drive(&planner, problem, entries, &settings)?;
@@ -128,8 +127,11 @@ impl CachedDrives {
                 entry,
                 problem,
                 settings,
-                Some(planner),
-                (None, false),
+                DriveOptions {
+                    planner: Some(planner),
+                    monitor: None,
+                    counts: false,
+                },
                 &cancel,
             )
         };

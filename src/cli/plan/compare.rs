@@ -6,13 +6,13 @@ use nearmiss_formats::Entry;
 use nearmiss_scene::traffic_rules::Rule;
 use nearmiss_study::evaluation::statistics::PairedTest;
 use nearmiss_workflow::PlanError;
+use nearmiss_workflow::drive::{DriveOptions, DriveRecord, DrivenScenario, PlannerChoice};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::driven::{self, DrivenScenario};
-use super::options::PlannerChoice;
+use super::driven;
 use super::table::{Export, OUTCOMES};
-use super::{DriveRecord, NotDrivenRecord, PlanArguments};
+use super::{NotDrivenRecord, PlanArguments};
 use crate::ending::interrupted;
 use crate::files::Labels;
 use crate::json::Output;
@@ -73,14 +73,12 @@ pub fn run(
     }
     let both = |entry: &Entry| {
         let drive = |planner| {
-            driven::drive(
-                entry,
-                problem,
-                settings,
-                Some(planner),
-                (None, false),
-                &cancel,
-            )
+            let options = DriveOptions {
+                planner: Some(planner),
+                monitor: None,
+                counts: false,
+            };
+            driven::drive(entry, problem, settings, options, &cancel)
         };
         let one = drive(first)?;
         Some(one.and_then(|one| Ok((one, drive(second).transpose()?))))
@@ -354,7 +352,7 @@ fn with(one: &DrivenScenario, two: &DrivenScenario) -> String {
         let touched = collision.map(|c| format!("{} ({})", c.with, c.kind().name()));
         touched
             .or_else(|| driven.planner_words())
-            .or_else(|| driven.beyond_words())
+            .or_else(|| driven::beyond_words(driven))
     };
     match (touched(one), touched(two)) {
         (None, None) => "-".into(),

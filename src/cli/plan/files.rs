@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use nearmiss_formats::commonroad::{self, NewFile, SaveError, save};
 use nearmiss_formats::{Entry, EntryLocation, write_recording};
 use nearmiss_scene::scenario::VehicleModel;
+use nearmiss_workflow::drive::DrivenScenario;
 use serde::Serialize;
 
-use super::driven::DrivenScenario;
 use super::{CycleRecord, StandardErrorRecord};
 use crate::Failure;
 use crate::files::Inputs;

@@ -21,10 +21,7 @@ use super::many_files::{Done, Job, RunJournal, Unit};
 use super::open::{configuration, found};
 use super::{Failure, Outcome, knobs, output};
 pub use compare::ComparisonRecord;
-pub use document::{
-    CycleRecord, DriveRecord, NotDrivenRecord, PlannerFailure, StandardErrorRecord,
-};
-use driven::DrivenScenario;
+pub use document::{CycleRecord, NotDrivenRecord, StandardErrorRecord};
 pub use driven::request;
 use files::{Files, Targets};
 pub use monitor::MonitorDryRun;
@@ -34,6 +31,7 @@ use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
+use nearmiss_workflow::drive::{DriveOptions, DriveRecord, DrivenScenario};
 use options::RunOptions;
 pub use options::{PlannerOptions, ProblemOption, identity, planning};
 use table::{Export, OutcomeTable};
@@ -151,8 +149,11 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
                 entry,
                 problem,
                 &settings,
-                planner,
-                (monitor.as_ref(), arguments.files.keeps_log()),
+                DriveOptions {
+                    planner,
+                    monitor: monitor.as_ref(),
+                    counts: arguments.files.keeps_log(),
+                },
                 &cancel,
             )
             .map(Box::new)

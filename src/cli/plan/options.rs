@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
 
-use nearmiss_base::system::{did_you_mean, is_program};
 use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::{Clock, ExternalOptions, ExternalPlanner, Settings};
+use nearmiss_drive::simulation::{Clock, ExternalPlanner, Settings};
 use nearmiss_formats::Entry;
 use nearmiss_record::fields::Layers;
 use nearmiss_settings::{Config, Planning};
+use nearmiss_workflow::drive::{BUILT_IN, PlannerChoice, RECORDED};
 use serde::Serialize;
 use toml::Value;
 
@@ -81,12 +80,6 @@ impl<'a> RunOptions<'a> {
     }
 }
 
-/// The built-in planner's name.
-pub const BUILT_IN: &str = "nearmiss";
-
-/// The recorded ego in place of a planner, beside one.
-pub const RECORDED: &str = "recorded";
-
 /// Planners that are processes.
 #[derive(Debug, Clone, clap::Args)]
 pub struct PlannerOptions {
@@ -99,17 +92,6 @@ pub struct PlannerOptions {
     /// before is driven. Measured times differ from run to run, and with them the drive.
     #[arg(long, requires = "planners")]
     real_time: bool,
-}
-
-/// A planner that was named.
-#[derive(Debug, Clone)]
-pub struct PlannerChoice {
-    /// Its name: that of the configuration, else its command.
-    pub name: String,
-    /// Its process; `None` for the built-in planner.
-    pub external: Option<Arc<ExternalPlanner>>,
-    /// It is the recorded ego.
-    pub is_recorded: bool,
 }
 
 impl PlannerOptions {
@@ -151,72 +133,33 @@ impl PlannerOptions {
         }
     }
 
-    /// The planner of this name or command, with nothing else said about it.
-    ///
-    /// # Errors
-    /// It is neither known nor a program.
-    pub fn named(said: &str, config: &Config) -> Result<PlannerChoice, Failure> {
-        let alone = Self {
-            planners: vec![said.into()],
-            real_time: false,
-        };
-        alone.choice(said, config, None)
-    }
-
     fn choice(
         &self,
         said: &str,
         config: &Config,
         timeout: Option<f64>,
     ) -> Result<PlannerChoice, Failure> {
-        let name = output::visible(said);
-        if said == BUILT_IN {
-            return if self.real_time && self.planners.len() == 1 {
-                Err(Failure::input(
-                    "--real-time needs a planner that is a process; the built-in planner is always waited for",
-                ))
-            } else {
-                Ok(PlannerChoice {
-                    name,
-                    external: None,
-                    is_recorded: false,
-                })
-            };
+        let is_alone = self.planners.len() == 1;
+        if said == BUILT_IN && self.real_time && is_alone {
+            return Err(Failure::input(
+                "--real-time needs a planner that is a process; the built-in planner is always waited for",
+            ));
         }
         let known = config.external_planners();
-        let found = known.iter().find(|(known, _)| known == said);
         // Only beside a planner: alone there is nothing to drive.
-        if said == RECORDED && found.is_none() && self.planners.len() == 2 {
+        if said == RECORDED && self.planners.len() == 2 && !known.iter().any(|(k, _)| k == said) {
             return Ok(PlannerChoice {
-                name,
+                name: output::visible(said),
                 external: None,
                 is_recorded: true,
             });
         }
-        let mut options = match found {
-            Some((_, options)) => options.clone(),
-            None => command(said, known.iter().map(|(name, _)| name.as_str()))?,
+        let clock = if self.real_time {
+            Clock::Real
+        } else {
+            Clock::Simulated
         };
-        if let Some(program) = options.command.first().filter(|p| !is_program(p)) {
-            let of = match found {
-                Some(_) => format!("`command` of [planner.{name}] in config.toml"),
-                None => format!("--planner {name}"),
-            };
-            let program = output::visible(program);
-            return Err(Failure::input(format!("{of}: no such program: {program}")));
-        }
-        if let Some(seconds) = timeout {
-            options.cycle = Duration::from_secs_f64(seconds);
-        }
-        if self.real_time {
-            options.clock = Clock::Real;
-        }
-        let external = Some(Arc::new(ExternalPlanner::new(name.clone(), options)));
-        Ok(PlannerChoice {
-            name,
-            external,
-            is_recorded: false,
-        })
+        PlannerChoice::named(said, "--planner ", config, (timeout, clock)).map_err(Failure::input)
     }
 }
 
@@ -235,25 +178,4 @@ pub fn identity(
     let said = prepared.greet(cancel).ok()??;
     let shown = |text: &str| output::visible(text);
     Some((shown(&said.name), shown(&said.version))).filter(|(name, _)| !name.is_empty())
-}
-
-/// The options of a command that is no name of a planner.
-fn command<'a>(
-    said: &str,
-    known: impl Iterator<Item = &'a str>,
-) -> Result<ExternalOptions, Failure> {
-    let words = ExternalOptions::split_command(said)
-        .map_err(|why| Failure::input(format!("--planner {said}: {why}")))?;
-    // A name that is mistyped is no program.
-    if let [program] = &words[..]
-        && !is_program(program)
-    {
-        let all: Vec<&str> = std::iter::once(BUILT_IN).chain(known).collect();
-        return Err(Failure::input(format!(
-            "--planner {program}: no planner of this name and no such program{}; available: {}",
-            did_you_mean(program, all.iter().copied()),
-            all.join(", ")
-        )));
-    }
-    Ok(ExternalOptions::new(words))
 }

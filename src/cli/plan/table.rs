@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use nearmiss_drive::simulation::{CollisionKind, ContactSide, HitFromBehind};
 use nearmiss_scene::traffic_rules::Rule;
+use nearmiss_workflow::drive::{DriveRecord, median};
 
-use super::document::DriveRecord;
-use super::driven::{self, RuleCounts, median};
+use super::driven::{self, RuleCounts};
 use super::monitor;
 use crate::files::Labels;
 use crate::many_files::RunJournal;

@@ -395,7 +395,6 @@ impl Manifest {
         files: &[(&PathBuf, Vec<u8>)],
     ) -> Self {
         let effect = variant.effect;
-        let looked_for = variant.avoidability.is_looked_for();
         let original = variant.closed.scenario();
         let driver = variant.closed.driver();
         let settings = driver.settings();
@@ -451,7 +450,7 @@ impl Manifest {
             touched_after_step: effect.touched_after_step(),
             risk_before: effect.main().before.clone(),
             risk_after: effect.main().after.clone(),
-            avoidable: looked_for.then(|| certificates(variant, saved)),
+            avoidable: variant.certificates(saved),
             rejected: variant.refusals.iter().map(RefusalRecord::from).collect(),
             model: variant.author.cloned(),
             made: variant.made.cloned(),
@@ -557,7 +556,19 @@ fn contact(collision: &Collision, effect: &Effect) -> ContactRecord {
     }
 }
 
-/// An answer for each reaction time, each with its proof.
+impl Variant<'_> {
+    /// An answer for each reaction time (s), each with its proof and the name of its file among those that are `saved`;
+    /// nothing where none was looked for.
+    #[must_use]
+    pub fn certificates(
+        &self,
+        saved: &VariantFiles,
+    ) -> Option<BTreeMap<String, CertificateRecord>> {
+        let is_looked_for = self.avoidability.is_looked_for();
+        is_looked_for.then(|| certificates(self, saved))
+    }
+}
+
 fn certificates(
     variant: &Variant<'_>,
     saved: &VariantFiles,

@@ -6,6 +6,8 @@ use std::fmt::Display;
 use std::hash::Hash;
 use std::ops::Range;
 
+use nearmiss_base::system::counted;
+
 use super::{
     Diagnostic, Header, LONGEST_TRACK, Obstacle, ObstacleRole, Prediction, Scenario, Severity,
 };
@@ -115,13 +117,6 @@ impl Header {
             (None, "") => "CommonRoad of no version".into(),
             (None, version) => format!("CommonRoad {version}"),
         }
-    }
-}
-
-fn counted(count: usize, noun: &str) -> String {
-    match count {
-        1 => format!("1 {noun}"),
-        _ => format!("{count} {noun}s"),
     }
 }
 

@@ -1,0 +1,16 @@
+//! A planner's drive of the ego: who drives, what became of it, and records of it for programs.
+
+mod choice;
+mod driven;
+mod monitored;
+mod record;
+mod rules;
+
+pub use choice::{BUILT_IN, PlannerChoice, RECORDED};
+pub use driven::{DriveOptions, DrivenScenario, drive, median};
+pub use monitored::{MonitorAnswerRecord, MonitorRecord};
+pub use record::{
+    DriveRecord, ExternalDriveRecord, PlannerFaultRecord, ReactionRecord, UndrivableRecord,
+    thousandths,
+};
+pub use rules::{RuleRecord, ViolationRecord};
