@@ -12,14 +12,17 @@ use nearmiss_scene::metrics::{Measure, Thresholds, measures, own_formulas};
 use nearmiss_settings::Folders;
 use nearmiss_workflow::INDEX_RADIUS;
 use nearmiss_workflow::journal::RunSettings;
-use nearmiss_workflow::tables::{INDEX_MEASURES, default_index_options, index_table, window_rows};
+use nearmiss_workflow::tables::{
+    INDEX_MEASURES, default_index_options, in_order, index_table, window_rows,
+};
 use serde::Serialize;
 
 use super::ending::interrupted;
 use super::many_files::ManyFiles;
 use super::open::{found, named_measure, user_thresholds};
-use super::output::{self, Row};
+use super::output::{self, Format, Row, Target};
 use super::parts::{Measured, PartsOutcome, PartsRequest, write};
+use super::stream::TableStream;
 use super::{Failure, Outcome};
 
 /// Arguments of `corpus index`.
@@ -31,7 +34,7 @@ pub struct Index {
     /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Folder of the index; created if missing.
+    /// Folder of the index; created if missing. With - the windows are printed as a stream of Arrow IPC.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
     /// Start again in a folder with an earlier run.
@@ -85,15 +88,16 @@ fn positive(word: &str) -> Result<f64, String> {
 }
 
 impl Index {
-    /// The measures, each once, in the order of the registry.
+    /// The measures, each once, in the order of columns.
     fn measures(&self) -> Vec<&'static Measure> {
-        let wanted = |m: &&Measure| {
-            self.measure.iter().any(|named| match named {
-                Named::One(one) => one.id == m.id,
-                Named::All => true,
-            })
-        };
-        measures().filter(wanted).collect()
+        if self.measure.iter().any(|named| matches!(named, Named::All)) {
+            return measures().collect();
+        }
+        let ids = self.measure.iter().filter_map(|named| match named {
+            Named::One(one) => Some(one.id),
+            Named::All => None,
+        });
+        in_order(&ids.collect::<Vec<_>>())
     }
 }
 
@@ -147,8 +151,6 @@ pub fn measured(entry: &Entry, options: &IndexOptions, thresholds: &Thresholds) 
 
 /// Runs `corpus index`.
 pub fn run(arguments: &Index) -> Outcome {
-    let folder = output::file_of(Some(&arguments.output))
-        .ok_or_else(|| Failure::input("-o needs a folder"))?;
     let thresholds = match Folders::find() {
         Ok(folders) => user_thresholds(&folders)?,
         Err(_) => Thresholds::shipped().clone(),
@@ -159,6 +161,9 @@ pub fn run(arguments: &Index) -> Outcome {
         stride: arguments.stride,
         radius: arguments.radius,
         measures: arguments.measures(),
+    };
+    let Some(folder) = output::file_of(Some(&arguments.output)) else {
+        return printed(arguments, &entries, &options, &thresholds);
     };
     let stop = interrupted(true);
     let request = request(
@@ -178,6 +183,35 @@ pub fn run(arguments: &Index) -> Outcome {
     })?;
     throughput.say(&done, pairs.into_inner());
     done.end("indexed")
+}
+
+/// Writes the windows to standard output, as a stream of Arrow.
+fn printed(
+    arguments: &Index,
+    entries: &[Entry],
+    options: &IndexOptions,
+    thresholds: &Thresholds,
+) -> Outcome {
+    if arguments.many.resume || arguments.overwrite {
+        return Err(Failure::input(
+            "--resume and --overwrite need a folder: -o FOLDER",
+        ));
+    }
+    output::check_format(Format::Arrow, None)?;
+    let stream = TableStream {
+        table: &index_table(options, thresholds),
+        format: Format::Arrow,
+        file: None,
+        done: "indexed",
+    };
+    let (target, stop) = (Target::begin(None, false)?, interrupted(false));
+    stream.write(
+        target,
+        entries,
+        &stop,
+        |entry| measured(entry, options, thresholds),
+        || {},
+    )
 }
 
 /// The rows of a scenario, and what is doubtful about its ego.

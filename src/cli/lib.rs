@@ -36,6 +36,7 @@ mod render;
 mod report;
 mod runs;
 mod span;
+mod stream;
 mod tune;
 mod workbench;
 

@@ -3,7 +3,6 @@
 pub use nearmiss_record::{
     Align, Cell, Column, Encoded, Format, Kind, Row, Table, line, lines as table_lines,
 };
-pub use nearmiss_scene::description::escaped_xml;
 pub use nearmiss_study::evaluation::local_time as local;
 
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -72,12 +71,57 @@ where
 /// A table that goes to a file or to standard output.
 pub type TableWriter = nearmiss_record::TableWriter<Target>;
 
-/// Refuses a format that a terminal or a pipe cannot take.
-pub fn check_format(format: Format, file: Option<&std::path::Path>) -> Outcome {
-    match (format, file) {
-        (Format::Parquet, None) => Err(Failure::input("Parquet needs a file: -o FILE")),
-        _ => Ok(()),
+/// Formats of tables for programs, on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum TableFormat {
+    /// CSV with a header.
+    Csv,
+    /// JSON lines: one object per row.
+    #[value(alias = "jsonl")]
+    Json,
+    /// Apache Parquet with units and meanings as metadata.
+    Parquet,
+    /// A stream of Apache Arrow IPC, with units and meanings as metadata.
+    Arrow,
+}
+
+impl From<TableFormat> for Format {
+    fn from(format: TableFormat) -> Self {
+        match format {
+            TableFormat::Csv => Self::Csv,
+            TableFormat::Json => Self::Json,
+            TableFormat::Parquet => Self::Parquet,
+            TableFormat::Arrow => Self::Arrow,
+        }
     }
+}
+
+impl TableFormat {
+    /// What the endings of names ask for.
+    pub const ENDINGS: &[(&str, Self)] = &[
+        ("csv", Self::Csv),
+        ("json", Self::Json),
+        ("jsonl", Self::Json),
+        ("ndjson", Self::Json),
+        ("parquet", Self::Parquet),
+        ("arrow", Self::Arrow),
+        ("arrows", Self::Arrow),
+    ];
+
+    /// These endings, in words.
+    pub const KNOWN: &str = ".csv, .json, .jsonl, .ndjson, .parquet and .arrow";
+}
+
+/// Refuses a format that a terminal cannot take.
+pub fn check_format(format: Format, file: Option<&std::path::Path>) -> Outcome {
+    let is_binary = matches!(format, Format::Parquet | Format::Arrow);
+    if is_binary && file.is_none() && io::stdout().is_terminal() {
+        let name = format.name();
+        return Err(Failure::input(format!(
+            "{name} is not for a terminal: -o FILE, or a pipe"
+        )));
+    }
+    Ok(())
 }
 
 /// A count with its noun: `1 run`, `2 runs`.

@@ -41,6 +41,8 @@ topics! {
         "Recordings of data sets: Waymo, Argoverse, nuPlan, nuScenes, highD, SUMO, OSI";
     parts, "parts", "parts.md", [],
         "A part of a scenario in time and space, and what differs between two";
+    python, "python", "python.md", [],
+        "The Python module: tables for polars, pandas and DuckDB, notebooks, Ray, Spark, Daft";
     tracks, "tracks", "tracks.md", [],
         "Your own recordings: tables of tracks in CSV, Parquet, Arrow, JSON lines, and maps beside them";
     simulators, "simulators", "simulators.md", [],

@@ -1,9 +1,14 @@
 //! What the user's configuration says, as commands read it.
 
+use nearmiss_ask::prompts::Defaults;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::TableOptions;
+use nearmiss_render::{FigureOptions, Palette};
 use nearmiss_scene::metrics::{Measure, OwnMeasures, Thresholds, measure, measures};
+use nearmiss_scene::scenario::WindowRule;
+use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, Folders};
+use nearmiss_study::evaluation::{Settings as Described, window_end};
 use nearmiss_workflow::named_tables;
 
 use crate::errors::Problem;
@@ -38,6 +43,31 @@ impl User {
             config,
             thresholds,
         })
+    }
+
+    /// How figures look unless something else is asked for.
+    pub fn look(&self) -> FigureOptions {
+        let settings = Described {
+            history: self.config.history,
+            ..Described::default()
+        };
+        let history = settings.with(&Defaults::default()).history;
+        FigureOptions {
+            window: Some(WindowRule {
+                end: window_end(Task::Collision),
+                history,
+            }),
+            ..FigureOptions::default()
+        }
+    }
+
+    /// The colours of pages where the browser prefers dark ones.
+    ///
+    /// # Errors
+    /// The user's theme of that name is wrong.
+    pub fn dark(&self) -> Result<Palette, Problem> {
+        let themes = self.folders.as_ref().map(Folders::themes);
+        Palette::named("dark", &themes.unwrap_or_default()).map_err(Problem::new)
     }
 
     /// How egos are driven that are not recorded.

@@ -22,7 +22,7 @@ const STREAM: &CStr = c"arrow_array_stream";
 
 /// A table of Arrow batches.
 ///
-/// `polars.DataFrame(table)`, `pyarrow.table(table)`, `duckdb.sql("from table")` and, from pandas 3 on,
+/// `polars.DataFrame(table)`, `pyarrow.table(table)`, `duckdb.sql("from measured")` and, from pandas 3 on,
 /// `pandas.DataFrame.from_arrow(table)` take it as it is. Without any of them `table.rows()` gives a dict a row. Moments of the
 /// recording are durations; units and meanings of columns are in `table.columns` and in the metadata of Arrow's fields.
 #[pyclass(frozen, module = "nearmiss")]

@@ -28,7 +28,7 @@ const SHARED: [&str; 5] = ["base", "scene", "drive", "ask", "study"];
 const FACES: [&str; 2] = ["cli", "tui"];
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 30] = [
+const HOMES: [(&str, &[&str]); 31] = [
     ("ratatui", &["tui/", "render/cells/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap/"]),
     ("reqwest", &["ask/llm/"]),
@@ -74,19 +74,34 @@ const HOMES: [(&str, &[&str]); 30] = [
     (
         "arrow_array",
         &[
+            "record/arrow.rs",
             "formats/recordings/py123d.rs",
             "formats/recordings/tracks/arrow.rs",
+            "python/table.rs",
         ],
     ),
-    ("arrow_cast", &["formats/recordings/tracks/arrow.rs"]),
+    (
+        "arrow_cast",
+        &["formats/recordings/tracks/arrow.rs", "python/table.rs"],
+    ),
     (
         "arrow_ipc",
         &[
+            "record/writer.rs",
             "formats/recordings/py123d.rs",
             "formats/recordings/tracks/arrow.rs",
+            "python/table.rs",
         ],
     ),
-    ("arrow_schema", &["formats/recordings/tracks/arrow.rs"]),
+    (
+        "arrow_schema",
+        &[
+            "record/",
+            "formats/recordings/tracks/arrow.rs",
+            "python/table.rs",
+        ],
+    ),
+    ("pyo3", &["python/"]),
     (
         "parquet",
         &[

@@ -160,13 +160,13 @@ print(*a)
 
 #[test]
 fn duckdb_and_polars_read_the_parts_as_one_table() {
-    let python = std::env::var("NEARMISS_TABLES_PYTHON").unwrap_or("python3".into());
+    let python = std::env::var("NEARMISS_PYTHON").unwrap_or("python3".into());
     let there = Command::new(&python)
         .args(["-c", "import duckdb, polars"])
         .output();
     if !there.is_ok_and(|ended| ended.status.success()) {
         crate::support::program::skipped(&format!(
-            "{python} has no duckdb and polars (NEARMISS_TABLES_PYTHON)"
+            "{python} has no duckdb and polars (NEARMISS_PYTHON)"
         ));
         return;
     }

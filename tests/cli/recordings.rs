@@ -218,7 +218,7 @@ fn the_samples_are_what_their_files_hold() {
     let Some(shared) = crate::support::recorded::shared("") else {
         return;
     };
-    let python = std::env::var("NEARMISS_LOADERS_PYTHON").unwrap_or_else(|_| "python3".into());
+    let python = std::env::var("NEARMISS_PYTHON").unwrap_or_else(|_| "python3".into());
     let script = root.join("tests/support/recordings.py");
     for (kind, below, end) in [
         ("waymo", "waymo-motion", "tfrecord"),
@@ -244,7 +244,7 @@ fn the_samples_are_what_their_files_hold() {
             .arg(into)
             .output()
         else {
-            crate::support::program::skipped(&format!("no {python}; set NEARMISS_LOADERS_PYTHON"));
+            crate::support::program::skipped(&format!("no {python}; set NEARMISS_PYTHON"));
             return;
         };
         let said = String::from_utf8_lossy(&ended.stdout).into_owned();

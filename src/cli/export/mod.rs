@@ -49,8 +49,10 @@ enum Format {
     Json,
     /// CSV with a header; control characters become symbols.
     Csv,
-    /// Apache Parquet; needs a file.
+    /// Apache Parquet.
     Parquet,
+    /// A stream of Apache Arrow IPC.
+    Arrow,
     /// Examples for fine-tuning: right answers with checked claims as chats (system, user, assistant), in the folder
     /// -o: train.jsonl, validation.jsonl, and manifest.json with their origin. See `nearmiss help fine-tuning`.
     Chat,
@@ -66,6 +68,8 @@ const ENDINGS: &[(&str, Format)] = &[
     ("json", Format::Json),
     ("csv", Format::Csv),
     ("parquet", Format::Parquet),
+    ("arrow", Format::Arrow),
+    ("arrows", Format::Arrow),
     (bundle::ENDING, Format::Bundle),
 ];
 
@@ -81,7 +85,7 @@ pub fn run(arguments: &Export) -> Outcome {
             "{option} is an option of --format chat"
         )));
     }
-    let known = ".jsonl, .ndjson, .json, .csv, .parquet and .nearmiss";
+    let known = ".jsonl, .ndjson, .json, .csv, .parquet, .arrow and .nearmiss";
     let format = format_of(arguments.format, file, Format::Json, (ENDINGS, known))?;
     if format == Format::Bundle {
         arguments.spreadsheet.check(false)?;
@@ -96,6 +100,7 @@ pub fn run(arguments: &Export) -> Outcome {
     let format = match format {
         Format::Json => output::Format::Json,
         Format::Csv => output::Format::Csv,
+        Format::Arrow => output::Format::Arrow,
         // The others are written above.
         Format::Parquet | Format::Chat | Format::Bundle => output::Format::Parquet,
     };
@@ -120,7 +125,7 @@ pub fn run(arguments: &Export) -> Outcome {
     let stop = interrupted(file.is_some());
     let (target, mut table) = (arguments.output.begin()?, table());
     table.for_spreadsheet = arguments.spreadsheet.is_asked();
-    if format == output::Format::Parquet {
+    if matches!(format, output::Format::Parquet | output::Format::Arrow) {
         let runs = numbers.iter().copied().collect();
         let provenance = Provenance::of_runs(&store, &runs).map_err(Failure::input)?;
         let provenance = serde_json::to_string(&provenance).map_err(Failure::input)?;

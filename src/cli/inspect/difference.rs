@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &Inspect, format: Format) -> Outcome {
             arguments.files.len()
         )));
     };
-    if matches!(format, Format::Csv | Format::Parquet) {
+    if matches!(format, Format::Csv | Format::Parquet | Format::Arrow) {
         return Err(Failure::input(
             "--diff is text or JSON: --format table or json",
         ));

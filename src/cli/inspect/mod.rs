@@ -61,8 +61,10 @@ enum Format {
     /// JSON: one object; of several, one a line.
     #[value(alias = "jsonl")]
     Json,
-    /// Apache Parquet with units and meanings as metadata: a row for each scenario; needs a file.
+    /// Apache Parquet with units and meanings as metadata: a row for each scenario.
     Parquet,
+    /// A stream of Apache Arrow IPC with the same.
+    Arrow,
 }
 
 /// What the endings of names ask for.
@@ -73,6 +75,8 @@ const ENDINGS: &[(&str, Format)] = &[
     ("jsonl", Format::Json),
     ("ndjson", Format::Json),
     ("parquet", Format::Parquet),
+    ("arrow", Format::Arrow),
+    ("arrows", Format::Arrow),
 ];
 
 impl Format {
@@ -83,6 +87,7 @@ impl Format {
             Self::Csv => Some(output::Format::Csv),
             Self::Json => Some(output::Format::Json),
             Self::Parquet => Some(output::Format::Parquet),
+            Self::Arrow => Some(output::Format::Arrow),
         }
     }
 }
@@ -92,7 +97,7 @@ impl Inspect {
     fn asks_for_rows(&self, format: Format) -> bool {
         let several = self.files.len() > 1 || self.files.iter().any(|file| file.is_dir());
         let selects = self.terms.is_some() || self.top.is_some() || self.output.file().is_some();
-        several || selects || matches!(format, Format::Csv | Format::Parquet)
+        several || selects || matches!(format, Format::Csv | Format::Parquet | Format::Arrow)
     }
 
     /// Whether the only file is listed by the scenarios in it, of which no ego is chosen.
@@ -111,7 +116,10 @@ impl Inspect {
 
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
-    let known = (ENDINGS, ".txt, .csv, .json, .jsonl, .ndjson and .parquet");
+    let known = (
+        ENDINGS,
+        ".txt, .csv, .json, .jsonl, .ndjson, .parquet and .arrow",
+    );
     let file = arguments.output.file();
     let format = output::format_of(arguments.format, file, Format::Table, known)?;
     open::check_reading(&arguments.files, file)?;

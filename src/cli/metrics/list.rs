@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Format, Metrics, Rows, measured};
+use super::{Metrics, Rows, measured};
+use crate::output::TableFormat;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_base::system::pad_end;
 use nearmiss_scene::metrics::{Danger, SCENE_MEASURES, Threshold, Thresholds, measures};
@@ -49,16 +50,18 @@ impl json::Output for ListDocument {
 }
 
 /// Prints the list.
-pub(super) fn run(arguments: &Metrics, format: Option<Format>) -> Outcome {
+pub(super) fn run(arguments: &Metrics, format: Option<TableFormat>) -> Outcome {
     let (rows, thresholds) = measured(arguments)?;
     let lines = lines(rows, &thresholds)?;
     match format {
         None => output::text(&output::visible(&table(&lines))),
-        Some(Format::Csv) => csv(&lines),
-        Some(Format::Json) => lines
+        Some(TableFormat::Csv) => csv(&lines),
+        Some(TableFormat::Json) => lines
             .iter()
             .try_for_each(|line| output::document(&line.document())),
-        Some(Format::Parquet) => Err(Failure::input("--list supports csv and json")),
+        Some(TableFormat::Parquet | TableFormat::Arrow) => {
+            Err(Failure::input("--list supports csv and json"))
+        }
     }
 }
 

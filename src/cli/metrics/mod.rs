@@ -1,4 +1,4 @@
-//! `nearmiss metrics`: every safety measure of every obstacle at every step, as table, CSV, JSON or Parquet.
+//! `nearmiss metrics`: every safety measure of every obstacle at every step, as CSV, JSON, Parquet or Arrow.
 
 mod list;
 mod paper;
@@ -6,8 +6,6 @@ mod parts;
 
 pub use list::ListDocument;
 
-use std::io;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use nearmiss_formats::{EgoSelection, Entry};
@@ -21,10 +19,11 @@ use serde::Serialize;
 
 use super::ending::interrupted;
 use super::files::Inputs;
-use super::many_files::{Failed, Job, ManyFiles};
+use super::many_files::ManyFiles;
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
-use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};
-use super::parts::is_folder;
+use super::output::{self, Column, OutputFile, Row, Table, TableFormat};
+use super::parts::{Measured, is_folder};
+use super::stream::TableStream;
 use super::{Failure, Outcome};
 
 /// Arguments of `metrics`.
@@ -62,7 +61,7 @@ pub struct Metrics {
     /// Format of the table [default: from the file name, else csv].
     #[arg(long, value_enum)]
     #[serde(skip)]
-    format: Option<Format>,
+    format: Option<TableFormat>,
     #[command(flatten)]
     #[serde(skip)]
     spreadsheet: output::ForSpreadsheet,
@@ -114,7 +113,6 @@ struct Plan<'a> {
     ego: EgoSelection,
     rows: Rows,
     thresholds: Thresholds,
-    format: output::Format,
     table: Table,
 }
 
@@ -131,6 +129,24 @@ impl Plan<'_> {
             }
             Rows::Scene => Ok(scene_rows(file, scene, &self.thresholds)),
             Rows::Paper => paper::rows(file, scene, radius),
+        }
+    }
+
+    /// The rows of one scenario, and warnings about its ego.
+    fn measured(&self, entry: &Entry) -> Measured {
+        let (scene, said) = match scene_and_doubts(entry, &self.ego) {
+            Ok(opened) => opened,
+            Err(failure) => {
+                return Measured {
+                    said: Vec::new(),
+                    rows: Err(failure),
+                };
+            }
+        };
+        let rows = self.rows(&RowFile::new(entry, &scene), &scene);
+        Measured {
+            said,
+            rows: rows.map_err(|why| Failure::input(format!("{}: {why}", entry.display()))),
         }
     }
 
@@ -196,14 +212,9 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
 }
 
 impl Metrics {
-    /// The format that is named.
-    fn asked(&self) -> Option<Format> {
-        self.format
-    }
-
     /// The folder for Parquet parts.
     pub fn folder(&self) -> Option<&Path> {
-        let asked = self.asked().map(Format::of_table);
+        let asked = self.format.map(output::Format::from);
         let file = self.output.file();
         file.filter(|file| is_folder(file, asked, self.many))
     }
@@ -212,12 +223,13 @@ impl Metrics {
 /// Runs `metrics`.
 pub fn run(arguments: &Metrics) -> Outcome {
     let file = arguments.output.file();
-    let asked = arguments.asked();
+    let asked = arguments.format;
     if let Some(folder) = arguments.folder() {
         arguments.spreadsheet.check(false)?;
         return parts::run(arguments, folder);
     }
-    let format = Format::chosen(asked, file)?;
+    let endings = (TableFormat::ENDINGS, TableFormat::KNOWN);
+    let format = output::format_of(asked, file, TableFormat::Csv, endings)?;
     if arguments.list {
         return list::run(arguments, asked);
     }
@@ -226,7 +238,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
             "--resume needs a folder for Parquet parts: --format parquet -o FOLDER",
         ));
     }
-    let format = format.of_table();
+    let format = format.into();
     output::check_format(format, file)?;
     arguments.spreadsheet.check(format == output::Format::Csv)?;
     let (rows, thresholds) = measured(arguments)?;
@@ -243,131 +255,25 @@ pub fn run(arguments: &Metrics) -> Outcome {
         rows,
         table: table(arguments, rows, &thresholds),
         thresholds,
-        format,
-    };
-    let mut measures = Measures {
-        plan: &plan,
-        target: Some(arguments.output.begin()?),
-        writer: None,
-        failed: Failed::of(entries.len()),
     };
     plan.say_thresholds();
-    let mut written = Ok(());
-    let done = Job::new("scenarios", &stop)
-        .writing_file(file.is_some())
-        .run(
-            &entries,
-            |entry| Some(measure(entry, &plan)),
-            |_, (doubts, rows)| {
-                doubts.iter().for_each(|doubt| output::say(doubt));
-                written = measures.take(rows);
-                Ok(match &written {
-                    Ok(()) => ControlFlow::Continue(()),
-                    Err(_) => ControlFlow::Break(()),
-                })
-            },
-        );
-    done.end("no file was written")?;
-    let is_empty = measures.failed.all();
-    if format == output::Format::Csv && !is_empty {
-        let provenance = provenance(rows.thresholds(&plan.thresholds));
-        output::say(&format!("nearmiss: {}", provenance.summary()));
-    }
-    let done = output::written(file, written.and_then(|()| measures.finish()))?;
-    // A file without a single scenario in it is not kept.
-    if let Some(target) = done.flatten().filter(|_| !is_empty) {
-        target.finish()?;
-    }
-    measures.failed.end("measured")
-}
-
-/// Warnings about the ego, and the rows of one scenario.
-fn measure(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Encoded, Failure>) {
-    let (doubts, rows) = measured_rows(entry, plan);
-    (
-        doubts,
-        rows.map(|rows| plan.table.encode(plan.format, rows)),
-    )
-}
-
-/// The same before the rows are encoded.
-fn measured_rows(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Vec<Row>, Failure>) {
-    let (scene, doubts) = match scene_and_doubts(entry, &plan.ego) {
-        Ok(opened) => opened,
-        Err(failure) => return (Vec::new(), Err(failure)),
+    let stream = TableStream {
+        table: &plan.table,
+        format,
+        file,
+        done: "measured",
     };
-    let rows = plan
-        .rows(&RowFile::new(entry, &scene), &scene)
-        .map_err(|why| Failure::input(format!("{}: {why}", entry.display())));
-    (doubts, rows)
-}
-
-/// The table in the making.
-struct Measures<'a> {
-    plan: &'a Plan<'a>,
-    /// Until the first scenario is measured, so that a table of nothing has no header either.
-    target: Option<Target>,
-    writer: Option<TableWriter>,
-    failed: Failed,
-}
-
-impl Measures<'_> {
-    fn take(&mut self, rows: Result<Encoded, Failure>) -> io::Result<()> {
-        let rows = match rows {
-            Ok(rows) => rows,
-            Err(failure) => {
-                self.failed.add(failure);
-                return Ok(());
+    let target = arguments.output.begin()?;
+    stream.write(
+        target,
+        &entries,
+        &stop,
+        |entry| plan.measured(entry),
+        || {
+            if format == output::Format::Csv {
+                let provenance = provenance(rows.thresholds(&plan.thresholds));
+                output::say(&format!("nearmiss: {}", provenance.summary()));
             }
-        };
-        if let Some(target) = self.target.take() {
-            let Plan { format, table, .. } = self.plan;
-            self.writer = Some(TableWriter::begin(target, *format, table)?);
-        }
-        match &mut self.writer {
-            Some(writer) => writer.write(rows),
-            None => Ok(()),
-        }
-    }
-
-    /// Everything written, but not yet in its place.
-    fn finish(&mut self) -> io::Result<Option<Target>> {
-        self.writer.take().map(TableWriter::finish).transpose()
-    }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
-    /// CSV with a header.
-    Csv,
-    /// JSON lines: one object per row.
-    #[value(alias = "jsonl")]
-    Json,
-    /// Apache Parquet with units and sources as metadata; needs a file.
-    Parquet,
-}
-
-/// What the endings of names ask for.
-const ENDINGS: &[(&str, Format)] = &[
-    ("csv", Format::Csv),
-    ("json", Format::Json),
-    ("jsonl", Format::Json),
-    ("ndjson", Format::Json),
-    ("parquet", Format::Parquet),
-];
-
-impl Format {
-    /// The format that was asked for, or that the file's name asks for; both must agree.
-    fn chosen(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
-        let known = ".csv, .json, .jsonl, .ndjson and .parquet";
-        output::format_of(asked, file, Self::Csv, (ENDINGS, known))
-    }
-
-    fn of_table(self) -> output::Format {
-        match self {
-            Self::Csv => output::Format::Csv,
-            Self::Json => output::Format::Json,
-            Self::Parquet => output::Format::Parquet,
-        }
-    }
+        },
+    )
 }

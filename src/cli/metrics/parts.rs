@@ -4,11 +4,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Metrics, Plan, Rows, measured, measured_rows, table};
+use super::{Metrics, Plan, Rows, measured, table};
 use crate::ending::interrupted;
 use crate::open::found;
-use crate::output::Format;
-use crate::parts::{Measured, PartsRequest, write};
+use crate::parts::{PartsRequest, write};
 use crate::{Failure, Outcome};
 use nearmiss_scene::metrics::own_formulas;
 use nearmiss_workflow::journal::RunSettings;
@@ -41,7 +40,6 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
         rows,
         table: table(arguments, rows, &thresholds),
         thresholds,
-        format: Format::Parquet,
     };
     plan.say_thresholds();
     let request = PartsRequest {
@@ -62,9 +60,6 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
         .map_err(Failure::input)?,
         per_part: PER_PART,
     };
-    let done = write(request, &entries, &stop, |entry| {
-        let (said, rows) = measured_rows(entry, &plan);
-        Measured { said, rows }
-    });
+    let done = write(request, &entries, &stop, |entry| plan.measured(entry));
     done?.end("measured")
 }

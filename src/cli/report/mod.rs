@@ -101,8 +101,10 @@ enum ReportFormat {
     Latex,
     /// CSV: one row a cell, unrounded; --pairs has the comparisons.
     Csv,
-    /// Apache Parquet: the rows of CSV, with provenance as metadata; needs a file.
+    /// Apache Parquet: the rows of CSV, with provenance as metadata.
     Parquet,
+    /// The same as a stream of Apache Arrow IPC.
+    Arrow,
     /// One JSON object with every number.
     #[value(alias = "jsonl")]
     Json,
@@ -117,11 +119,24 @@ const ENDINGS: &[(&str, ReportFormat)] = &[
     ("tex", ReportFormat::Latex),
     ("csv", ReportFormat::Csv),
     ("parquet", ReportFormat::Parquet),
+    ("arrow", ReportFormat::Arrow),
+    ("arrows", ReportFormat::Arrow),
     ("json", ReportFormat::Json),
     ("jsonl", ReportFormat::Json),
     ("html", ReportFormat::Html),
     ("htm", ReportFormat::Html),
 ];
+
+impl ReportFormat {
+    /// The format of tables by columns that it is, if any.
+    fn by_columns(self) -> Option<Format> {
+        match self {
+            Self::Parquet => Some(Format::Parquet),
+            Self::Arrow => Some(Format::Arrow),
+            _ => None,
+        }
+    }
+}
 
 /// A report, of the one kind or the other.
 enum AnyReport {
@@ -156,10 +171,11 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         spreadsheet.check(false)?;
         return write_figure(arguments, figure, file);
     }
-    let known = ".md, .tex, .csv, .parquet, .json and .html";
+    let known = ".md, .tex, .csv, .parquet, .arrow, .json and .html";
     let format = output::format_of(arguments.format, file, ReportFormat::Md, (ENDINGS, known))?;
-    if format == ReportFormat::Parquet {
-        output::check_format(output::Format::Parquet, file)?;
+    let by_columns = format.by_columns();
+    if let Some(format) = by_columns {
+        output::check_format(format, file)?;
     }
     spreadsheet.check(format == ReportFormat::Csv || arguments.pairs.is_some())?;
     if (arguments.pairs.as_deref()).is_some_and(|pairs| file_of(Some(pairs)) == file) {
@@ -180,17 +196,21 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         .map(|name| Target::begin(file_of(Some(name)), arguments.overwrite))
         .transpose()?;
     let provenance = made.provenance();
-    match format {
-        ReportFormat::Parquet => write_parquet((file, target), made.rows(), provenance)?,
-        ReportFormat::Csv => target.save(&spreadsheet.applied(made.text(format)?.into_bytes()))?,
-        _ => target.save(made.text(format)?.as_bytes())?,
+    match (by_columns, format) {
+        (Some(by_columns), _) => {
+            write_columns((file, target), by_columns, made.rows(), provenance)?;
+        }
+        (None, ReportFormat::Csv) => {
+            target.save(&spreadsheet.applied(made.text(format)?.into_bytes()))?
+        }
+        (None, _) => target.save(made.text(format)?.as_bytes())?,
     }
     if let (ReportFormat::Csv, Some(provenance)) = (format, provenance) {
         output::say(&format!("nearmiss: {}", provenance.summary()));
     }
     if is_flat(format) && made.reports().any(|report| !report.varied.is_empty()) {
         output::say(
-            "nearmiss: CSV and Parquet leave out the tables of transforms and leads; the other formats have them",
+            "nearmiss: CSV, Parquet and Arrow leave out the tables of transforms and leads; the other formats have them",
         );
     }
     match pairs {
@@ -251,7 +271,7 @@ fn share(word: &str) -> Result<f64, String> {
 
 /// Whether a format has one row a cell, and nothing else.
 fn is_flat(format: ReportFormat) -> bool {
-    matches!(format, ReportFormat::Csv | ReportFormat::Parquet)
+    format == ReportFormat::Csv || format.by_columns().is_some()
 }
 
 impl AnyReport {
@@ -318,7 +338,7 @@ impl AnyReport {
                     Self::Pivot(_) => &none,
                 })
             }
-            ReportFormat::Csv | ReportFormat::Parquet => self.rows().csv(),
+            ReportFormat::Csv | ReportFormat::Parquet | ReportFormat::Arrow => self.rows().csv(),
             ReportFormat::Json => match self {
                 Self::Report(report) => output::document_line(&report.json())?,
                 Self::Split(split) => output::document_line(&split.json())?,
@@ -339,8 +359,9 @@ impl AnyReport {
 }
 
 /// Writes the rows of a report.
-fn write_parquet(
+fn write_columns(
     (file, target): (Option<&Path>, Target),
+    format: Format,
     rows: FlatRows,
     provenance: Option<&Provenance>,
 ) -> Outcome {
@@ -352,8 +373,8 @@ fn write_parquet(
         let provenance = serde_json::to_string(provenance).map_err(Failure::input)?;
         table.metadata.push(("provenance", provenance));
     }
-    let rows = table.encode(Format::Parquet, rows);
-    let written = TableWriter::begin(target, Format::Parquet, &table).and_then(|mut writer| {
+    let rows = table.encode(format, rows);
+    let written = TableWriter::begin(target, format, &table).and_then(|mut writer| {
         writer.write(rows)?;
         writer.finish()
     });

@@ -26,7 +26,7 @@ pub fn store_report(
 ) -> Result<AnyReport, Failure> {
     let has_notes = !matches!(
         format,
-        ReportFormat::Csv | ReportFormat::Parquet | ReportFormat::Json
+        ReportFormat::Csv | ReportFormat::Parquet | ReportFormat::Arrow | ReportFormat::Json
     );
     let sources = if arguments.truth.is_empty() {
         [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec()

@@ -28,7 +28,7 @@ def _like(batch, made):
     if not type(batch).__module__.startswith("pyarrow"):
         yield made
         return
-    import pyarrow
+    import pyarrow  # type: ignore[import-untyped]
 
     table = pyarrow.table(made)
     if isinstance(batch, pyarrow.Table):

@@ -8,7 +8,7 @@ pub use lanes::lane_table;
 pub use measures::{
     exact_columns, exact_rows, measure_table, provenance, scene_columns, scene_rows,
 };
-pub use windows::{INDEX_MEASURES, default_index_options, index_table, window_rows};
+pub use windows::{INDEX_MEASURES, default_index_options, in_order, index_table, window_rows};
 
 use nearmiss_formats::Entry;
 use nearmiss_record::{Cell, Column, Kind, Table};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nearmiss_formats::Entry;
 use nearmiss_record::{Cell, Column, Kind, Row, Table};
 use nearmiss_scene::corpus::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
-use nearmiss_scene::metrics::{SEVERITY_NAMES, Thresholds, measure};
+use nearmiss_scene::metrics::{Measure, SEVERITY_NAMES, Thresholds, measures};
 use nearmiss_scene::scenario::{Ego, Scenario};
 use serde_json::json;
 
@@ -23,8 +23,14 @@ pub fn default_index_options() -> IndexOptions {
         length: 2.0,
         stride: 1.0,
         radius: INDEX_RADIUS,
-        measures: INDEX_MEASURES.split(',').filter_map(measure).collect(),
+        measures: in_order(&INDEX_MEASURES.split(',').collect::<Vec<_>>()),
     }
+}
+
+/// The measures with these ids, each once, in the order of columns.
+#[must_use]
+pub fn in_order(ids: &[&str]) -> Vec<&'static Measure> {
+    measures().filter(|m| ids.contains(&m.id)).collect()
 }
 
 /// The columns before those of measures.

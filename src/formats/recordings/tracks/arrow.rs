@@ -249,6 +249,10 @@ fn column(rows: &RecordBatch, name: &str) -> Option<ArrayRef> {
 
 /// The numbers of a column, times in seconds; NaN where there is none.
 fn numbers(column: &ArrayRef) -> Result<Vec<f64>, String> {
+    // DuckDB gives durations so.
+    if matches!(column.data_type(), DataType::Interval(_)) {
+        return numbers(&cast(column, &DataType::Duration(TimeUnit::Microsecond))?);
+    }
     let seconds = match column.data_type() {
         DataType::Timestamp(unit, _) | DataType::Duration(unit) => Some(match unit {
             TimeUnit::Second => 1.0,

@@ -10,6 +10,7 @@ mod columns;
 mod forecast;
 mod gather;
 mod guess;
+mod kept;
 mod known;
 mod large;
 mod middles;
@@ -30,7 +31,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nearmiss_base::system::{self, FileCache};
+use nearmiss_base::system;
 use nearmiss_scene::scenario::{HashedBeginning, Scenario};
 
 use super::assembly::{self, Ids};
@@ -39,6 +40,7 @@ use super::{Leftovers, Report, esmini};
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::{ReadError, beginning_of_file};
 use crate::dispatch::{Address, Applies, Format, HEAD, Parts};
+pub(super) use kept::cached;
 use known::Known;
 use large::Outline;
 use table::{Decided, Recorded, Said, Track, Trust};
@@ -52,11 +54,11 @@ use columns::Source;
 pub use columns::{Columns, ColumnsError};
 pub use forecast::{Forecast, read_forecasts};
 pub(super) use gather::Rows;
+use said::options;
 pub use said::{
     NamedTable, TableOptions, check_table_options, read_tables_with, reading_tables_with,
     usual_table_options,
 };
-use said::{is_own_reading, options};
 pub use text::{BadCell, without_header};
 
 /// The format.
@@ -459,11 +461,6 @@ pub enum MapOfTable {
     Inside(Vec<u8>),
 }
 
-/// Recordings that are kept for other windows of them, bytes: more than most tables take that are not read in stretches.
-const MAX_CACHED: usize = 256 << 20;
-
-static TABLES: FileCache<Table> = FileCache::new(MAX_CACHED);
-
 /// How a file is to be read.
 fn plan(path: &Path, report: &Report) -> Result<Plan, ReadError> {
     let plan = Plan::of_file(path, &options(), report, Role::is_of_recordings)?;
@@ -490,21 +487,6 @@ fn read(path: &Path) -> Result<Arc<Table>, ReadError> {
     };
     let files: Vec<&Path> = all.iter().map(PathBuf::as_path).collect();
     cached(&files, || Table::read(plan, &files, &options(), &report))
-}
-
-/// The data in files, which `read` reads where they are not known yet.
-pub(super) fn cached(
-    files: &[&Path],
-    read: impl FnOnce() -> Result<Table, ReadError>,
-) -> Result<Arc<Table>, ReadError> {
-    if is_own_reading() {
-        return read().map(Arc::new);
-    }
-    TABLES.get(files, || {
-        let table = read()?;
-        let size = table.recorded.size();
-        Ok((table, size))
-    })
 }
 
 impl Table {

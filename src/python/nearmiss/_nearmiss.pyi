@@ -1,0 +1,178 @@
+# Types of the compiled module; mypy's stubtest compares them with it.
+
+from collections.abc import Sequence
+from datetime import timedelta
+from os import PathLike
+from typing import Any, Protocol, TypeAlias, final
+
+class _ArrowStream(Protocol):
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+
+class _ArrowArray(Protocol):
+    def __arrow_c_array__(self, requested_schema: object | None = None) -> tuple[object, object]: ...
+
+_Path: TypeAlias = str | PathLike[str]
+_Paths: TypeAlias = _Path | Sequence[_Path]
+_Tracks: TypeAlias = _ArrowStream | _ArrowArray | Any  # Any: a DataFrame of an older pandas
+_Moment: TypeAlias = int | timedelta | str
+_Setting: TypeAlias = str | int | float | bool
+
+__version__: str
+
+class Error(Exception):
+    file: str | None
+    line: int | None
+
+@final
+class Table:
+    @property
+    def columns(self) -> dict[str, str]: ...
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+    def __len__(self) -> int: ...
+    def rows(self) -> list[dict[str, Any]]: ...
+    def write(self, path: _Path) -> None: ...
+
+@final
+class Figure:
+    @property
+    def svg(self) -> str: ...
+    def _repr_svg_(self) -> str: ...
+    def write(self, path: _Path) -> None: ...
+
+@final
+class Window:
+    @property
+    def task(self) -> str: ...
+    @property
+    def steps(self) -> tuple[int, int]: ...
+    @property
+    def description(self) -> str: ...
+    @property
+    def tokens(self) -> int: ...
+
+@final
+class Scenario:
+    @property
+    def name(self) -> str: ...
+    @property
+    def file(self) -> str: ...
+    @property
+    def hash(self) -> str: ...
+    @property
+    def ego(self) -> int | None: ...
+    @property
+    def time_step(self) -> float: ...
+    @property
+    def steps(self) -> range: ...
+    @property
+    def diagnostics(self) -> list[str]: ...
+    def tracks(self) -> Table: ...
+    def lanes(self) -> Table: ...
+    def measures(
+        self, names: Sequence[str] | None = None, *, radius: float | None = None, reasons: bool = False
+    ) -> Table: ...
+    def windows(
+        self,
+        *,
+        length: float | None = None,
+        stride: float | None = None,
+        radius: float | None = None,
+        measures: Sequence[str] | None = None,
+    ) -> Table: ...
+    def worst(self) -> dict[str, Any]: ...
+    def story(self) -> str: ...
+    def window(
+        self,
+        task: str = "collision",
+        *,
+        at: _Moment | None = None,
+        history: int | None = None,
+        frame: str | None = None,
+        techniques: str | None = None,
+        obstacle: int | None = None,
+        **settings: _Setting,
+    ) -> Window: ...
+    def describe(
+        self,
+        frame: str = "ego",
+        *,
+        at: _Moment | None = None,
+        history: int | None = None,
+        obstacle: int | None = None,
+        **settings: _Setting,
+    ) -> str: ...
+    def figure(
+        self, step: int | None = None, *, plot: Sequence[str] | None = None, ego_up: bool = False
+    ) -> Figure: ...
+    def page(self) -> str: ...
+
+def open(
+    path: _Path,
+    *,
+    ego: int | _Path | None = None,
+    map: _Path | None = None,
+    columns: str | None = None,
+    rate: float | None = None,
+) -> Scenario: ...
+def scenarios(*paths: _Path) -> list[str]: ...
+def from_tracks(
+    table: _Tracks,
+    *,
+    name: str = "tracks",
+    ego: int | _Path | None = None,
+    map: _Path | None = None,
+    columns: str | None = None,
+    rate: float | None = None,
+) -> Scenario: ...
+def inspect(paths: _Paths) -> Table: ...
+def measures(
+    paths: _Paths,
+    names: Sequence[str] | None = None,
+    *,
+    radius: float | None = None,
+    reasons: bool = False,
+) -> Table: ...
+def windows(
+    paths: _Paths,
+    *,
+    length: float | None = None,
+    stride: float | None = None,
+    radius: float | None = None,
+    measures: Sequence[str] | None = None,
+) -> Table: ...
+def index_batch(
+    batch: _Tracks,
+    *,
+    length: float | None = None,
+    stride: float | None = None,
+    radius: float | None = None,
+    measures: Sequence[str] | None = None,
+    columns: str | None = None,
+    rate: float | None = None,
+    map: _Path | None = None,
+) -> Table: ...
+def measure_batch(
+    batch: _Tracks,
+    *,
+    names: Sequence[str] | None = None,
+    radius: float | None = None,
+    columns: str | None = None,
+    rate: float | None = None,
+    map: _Path | None = None,
+) -> Table: ...
+def prompt(window: Window) -> list[dict[str, Any]]: ...
+def judge(window: Window) -> dict[str, Any]: ...
+def ask(
+    window: Window,
+    model: str | None = None,
+    *,
+    base_url: str | None = None,
+    budget: float | None = None,
+    fresh: bool = False,
+    sample: int = 0,
+    store: bool = True,
+    **settings: _Setting,
+) -> dict[str, Any]: ...
+def check(
+    text: str, scenario: Scenario, window: tuple[int, int] | Window | None = None
+) -> list[dict[str, Any]]: ...
