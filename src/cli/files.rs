@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use nearmiss_formats::Entry;
+use nearmiss_workflow::convert::WriteError;
 
 use super::output;
 use super::{Failure, Outcome};
@@ -25,15 +26,16 @@ impl Inputs {
         )
     }
 
+    /// Whether a file is one of them.
+    pub fn have(&self, path: &Path) -> bool {
+        path.canonicalize().is_ok_and(|file| self.0.contains(&file))
+    }
+
     /// Refuses a file to write that is one of them.
     pub fn spare(&self, output: Option<&Path>) -> Outcome {
-        let is_input = |path: &&Path| path.canonicalize().is_ok_and(|file| self.0.contains(&file));
-        match output.filter(is_input) {
+        match output.filter(|path| self.have(path)) {
             None => Ok(()),
-            Some(path) => Err(Failure::input(format!(
-                "{}: is one of the input scenarios and is not overwritten; name another file",
-                path.display()
-            ))),
+            Some(path) => Err(Failure::input(WriteError::Input(path.to_path_buf()))),
         }
     }
 }

@@ -11,6 +11,7 @@ use nearmiss_base::system;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::ContentHash;
 use nearmiss_study::evaluation::batch::Shard;
+pub use nearmiss_workflow::journal::holds;
 use nearmiss_workflow::journal::{
     EarlierRun, FOLDER, JobIdentity, Journal, RunSettings, input_hash,
 };
@@ -319,11 +320,6 @@ pub fn open_journal(
         settings: RunSettings::new(settings).map_err(Failure::input)?,
     };
     Journal::open(folder, &job, earlier).map_err(Failure::input)
-}
-
-/// Whether a file holds these bytes already: a run that was killed had just written it.
-pub fn holds(path: &Path, bytes: &[u8]) -> bool {
-    system::read_file(path, system::LARGEST).is_ok_and(|found| found == bytes)
 }
 
 impl RunJournal {

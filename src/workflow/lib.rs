@@ -22,6 +22,7 @@
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
 //! - [`TruthSearch`]: what is true about stored answers
 //! - [`tune`]: better templates from wrong answers of a dev split
+//! - [`convert`]: a scenario in another format
 //! - [`tables`]: measures, lanes and windows, a row each
 //! - [`journal`]: what a job over many files has finished, so that a run that was killed continues
 //!
@@ -34,6 +35,7 @@ mod ask;
 mod ask_document;
 pub mod batch;
 mod bundle;
+pub mod convert;
 pub mod drive;
 mod examples;
 mod experiment;

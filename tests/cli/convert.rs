@@ -211,14 +211,16 @@ fn tables_of_tracks_are_written_and_open_with_the_same_ego() {
         "{}",
         ended.stderr
     );
-    home.run(&["convert", CUT_IN, "-o", "a.parquet"]).status(0);
+    for file in ["a.parquet", "a.arrow"] {
+        home.run(&["convert", CUT_IN, "-o", file]).status(0);
+    }
     let printed = home
         .run(&["convert", CUT_IN, "--format", "tracks"])
         .status(0);
     let written = std::fs::read_to_string(home.files().join("a.csv")).unwrap();
     assert_eq!(printed.stdout, written);
     assert!(written.starts_with("time,id,x,y,heading,speed,acceleration,length,width,class,ego\n"));
-    for file in ["a.csv", "a.parquet"] {
+    for file in ["a.csv", "a.parquet", "a.arrow"] {
         let said = home.run(&["inspect", file]).status(0).stdout;
         assert!(said.contains("tracks of nearmiss"), "{said}");
         home.run(&["convert", file, "-o", "again.csv", "--overwrite"])

@@ -1,13 +1,9 @@
 //! Which part of scenarios is converted: options for time, area and obstacles.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-use nearmiss_formats::Entry;
-use nearmiss_scene::scenario::{Around, Crop, Cropped, Ego, Scenario};
+use nearmiss_scene::scenario::Around;
+use nearmiss_workflow::convert::Part;
 use serde::Serialize;
 
-use crate::Failure;
 use crate::span::{At, moment};
 
 /// What of scenarios is kept.
@@ -50,66 +46,14 @@ pub(super) struct CropOptions {
 }
 
 impl CropOptions {
-    /// Whether the time is another; the ego is as it was otherwise.
-    pub fn cuts_time(&self) -> bool {
-        self.from.is_some() || self.to.is_some()
-    }
-
-    /// Whether nothing is left out.
-    pub fn is_whole(&self) -> bool {
-        let all = self.keep.is_empty() && self.drop.is_empty();
-        all && self.around.is_none() && !self.cuts_time()
-    }
-
-    /// The part of a scenario and its ego, and what is said of it; all of it where nothing is asked for. `from_zero`
-    /// is whether the format has steps that begin at 0.
-    ///
-    /// # Errors
-    /// There is no such time, area or obstacle in it, or nothing is left.
-    pub fn apply(
-        &self,
-        entry: &Entry,
-        scenario: Arc<Scenario>,
-        ego: Option<Ego>,
-        from_zero: bool,
-    ) -> Result<Cropped, Failure> {
-        let named = |error: String| Failure::input(format!("{}: {error}", entry.display()));
-        let all = Crop::steps_of(&scenario, ego.as_ref());
-        let step = |option: &str, at: Option<At>, open: i64| match at {
-            None => Ok(open),
-            Some(at) => at
-                .step(option, &all, scenario.dt(), |_| None)
-                .map_err(named),
-        };
-        let (first, last) = (
-            step("--from", self.from, all.start)?,
-            step("--to", self.to, all.end - 1)?,
-        );
-        if first > last {
-            return Err(named(format!(
-                "--from is step {first}, after --to, step {last}"
-            )));
-        }
-        let crop = Crop {
-            steps: self.cuts_time().then_some(first..=last),
+    /// What was said.
+    pub fn part(&self) -> Part {
+        Part {
+            from: self.from,
+            to: self.to,
             around: self.around,
-            keep: (!self.keep.is_empty()).then(|| BTreeSet::from_iter(self.keep.iter().copied())),
+            keep: self.keep.iter().copied().collect(),
             drop: self.drop.iter().copied().collect(),
-            from_zero,
-        };
-        if crop.is_whole() {
-            return Ok(Cropped {
-                scenario,
-                ego,
-                said: Vec::new(),
-            });
         }
-        let mut cropped = crop
-            .apply(&scenario, ego.as_ref())
-            .map_err(|error| named(error.to_string()))?;
-        for said in &mut cropped.said {
-            *said = format!("{}: {said}", entry.name);
-        }
-        Ok(cropped)
     }
 }

@@ -2,26 +2,24 @@
 //! simulators, or as tables of tracks.
 
 mod crop;
-mod formats;
 mod target;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use nearmiss_drive::planner::Cancel;
-use nearmiss_formats::Entry;
-use nearmiss_formats::commonroad::NewFile;
+use nearmiss_formats::commonroad::SaveError;
+use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_workflow::SimulatedEgo;
+use nearmiss_workflow::convert::{ConvertRequest, Converted, Part, Target, WriteError, convert};
 use serde::{Deserialize, Serialize};
 
 use super::ending::interrupted;
 use super::files::Inputs;
-use super::many_files::{Failed, Job, ManyFiles, NEXT, RunJournal, Unit, holds};
-use super::open::{clash, found};
+use super::many_files::{Failed, Job, ManyFiles, NEXT, RunJournal, Unit};
+use super::open::{clash, configuration, found};
 use super::{Failure, Outcome, output};
 use crop::CropOptions;
-use formats::ego_beside;
-use target::{Target, TargetOptions};
+use target::TargetOptions;
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args, Serialize)]
@@ -30,7 +28,7 @@ pub struct Convert {
     #[arg(required = true)]
     #[serde(skip)]
     paths: Vec<PathBuf>,
-    /// File to write (.xml, .xosc, .csv or .parquet), or an existing folder; several scenarios need a folder [default:
+    /// File to write (.xml, .xosc, .csv, .parquet or .arrow), or an existing folder; several scenarios need a folder [default:
     /// standard output, for formats of one file].
     #[arg(short, long, value_name = "PATH")]
     #[serde(skip)]
@@ -81,13 +79,14 @@ pub fn run(arguments: &Convert) -> Outcome {
     let ego = if target.has_ego() {
         arguments.target.ego(target, &entries)?
     } else {
-        SimulatedEgo::Free
+        SimulatedEgo::Follows(EgoSelection::Beside)
     };
     // Before anything is written, so that no file is left half written.
     let stop = interrupted(true);
     let conversion = Conversion {
         arguments,
         target,
+        part: arguments.crop.part(),
         ego,
         folder,
         inputs: Inputs::of(&entries),
@@ -127,25 +126,12 @@ pub fn run(arguments: &Convert) -> Outcome {
 struct Conversion<'a> {
     arguments: &'a Convert,
     target: Target,
-    /// The ego of formats that have one.
+    part: Part,
     ego: SimulatedEgo,
     folder: Option<&'a Path>,
     inputs: Inputs,
     journal: RunJournal,
     cancel: Cancel,
-}
-
-/// A scenario as it is written.
-#[derive(Default)]
-struct Converted {
-    /// In the order in which they are written.
-    files: Vec<(PathBuf, Vec<u8>)>,
-    /// For standard output.
-    printed: Option<String>,
-    /// What is said of it.
-    said: Vec<String>,
-    /// Whether it fits the schema.
-    fits: bool,
 }
 
 /// What is noted of a scenario that is written.
@@ -170,19 +156,27 @@ impl Conversion<'_> {
         }
     }
 
+    /// The conversion of a scenario to its file.
+    fn request<'a>(&'a self, entry: &'a Entry, file: Option<&'a Path>) -> ConvertRequest<'a> {
+        ConvertRequest {
+            entry,
+            target: self.target,
+            file,
+            part: &self.part,
+            ego: &self.ego,
+            to_schema: self.arguments.schema,
+        }
+    }
+
     /// Converts a scenario. Nothing is written yet.
     fn convert(&self, entry: &Entry) -> Result<Converted, Failure> {
         let file = self.file(Some(entry));
-        let (arguments, cancel) = (self.arguments, &self.cancel);
-        let crop = &arguments.crop;
-        match self.target {
-            Target::CommonRoad => formats::commonroad(entry, file, crop, arguments.schema),
-            Target::CommonRoad2018b => formats::commonroad_2018b(entry, file, crop),
-            Target::OpenScenario => formats::openscenario(entry, file, crop, &self.ego, cancel),
-            target @ (Target::Tracks | Target::Interaction | Target::HighD) => {
-                formats::tables(entry, file, target, crop, &self.ego, cancel)
-            }
-        }
+        let request = self.request(entry, file.as_deref());
+        let settings = || {
+            let (_, config) = configuration().map_err(|failure| failure.message)?;
+            Ok((&config.planning()).into())
+        };
+        convert(&request, settings, &self.cancel).map_err(Failure::input)
     }
 
     /// Writes a scenario, unless an earlier run has done it.
@@ -201,40 +195,20 @@ impl Conversion<'_> {
         }
     }
 
-    /// Whether a file is the scenario's own, and all of it is written: of CommonRoad, as CommonRoad.
-    fn rewrites(&self, entry: &Entry, path: &Path) -> bool {
-        let is_whole = self.target == Target::CommonRoad && self.arguments.crop.is_whole();
-        let whole = |path: &Path| path.canonicalize().ok();
-        let own = || entry.file().and_then(|own| whole(&own));
-        is_whole && path.exists() && own() == whole(path) && !entry.is_recording()
-    }
-
     fn write(&self, entry: &Entry, converted: Converted) -> Result<(Vec<PathBuf>, Notes), Failure> {
-        let own_ego = self.file(Some(entry)).map(|path| ego_beside(&path));
-        let refused = |path: &Path, error: &dyn std::fmt::Display| {
-            let hint = if path.exists() { " (--overwrite)" } else { "" };
-            Failure::input(format!("{error}{hint}"))
-        };
-        // All are begun before one is there, so that none is left without the others.
-        let mut begun = Vec::new();
-        for (path, bytes) in converted.files.iter().rev() {
-            // A scenario that is rewritten in its place has its ego already.
-            let may_hold = self.arguments.many.resume || Some(path) == own_ego.as_ref();
-            if may_hold && holds(path, bytes) {
-                continue;
+        let (file, resumes) = (self.file(Some(entry)), self.arguments.many.resume);
+        let saved = self.request(entry, file.as_deref()).save(
+            &converted.files,
+            self.arguments.overwrite,
+            resumes,
+            |path| self.inputs.have(path),
+        );
+        saved.map_err(|error| match error {
+            WriteError::Save(SaveError::Exists(_)) => {
+                Failure::input(format!("{error} (--overwrite)"))
             }
-            if !self.rewrites(entry, path) {
-                self.inputs.spare(Some(path))?;
-            }
-            let mut file =
-                NewFile::begin(path, self.arguments.overwrite).map_err(|e| refused(path, &e))?;
-            file.write_all(bytes)
-                .map_err(|e| Failure::system(path.display(), &e))?;
-            begun.push((path, file));
-        }
-        for (path, file) in begun.into_iter().rev() {
-            file.finish().map_err(|e| refused(path, &e))?;
-        }
+            _ => Failure::input(error),
+        })?;
         if let Some(text) = &converted.printed {
             output::text(text)?;
         }

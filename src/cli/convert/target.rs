@@ -2,77 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
 use nearmiss_workflow::SimulatedEgo;
+use nearmiss_workflow::convert::{ENDINGS, ROADS, Target, ends_with};
 use serde::Serialize;
+use strum::EnumMessage;
 
 use crate::Failure;
 use crate::plan::as_ego;
-
-/// The ending of roads beside OpenSCENARIO.
-pub(super) const ROADS: &str = "xodr";
-
-/// How the tracks of a recording in the shape of highD are called.
-pub(super) const HIGHD_TRACKS: &str = "_tracks.csv";
-
-/// What scenarios are written as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Target {
-    /// CommonRoad 2020a XML, and the ego beside it.
-    #[value(name = "commonroad")]
-    CommonRoad,
-    /// CommonRoad 2018b XML, and the ego beside it.
-    #[value(name = "commonroad-2018b")]
-    #[serde(rename = "commonroad-2018b")]
-    CommonRoad2018b,
-    /// FILE.xosc and FILE.xodr.
-    #[value(name = "openscenario")]
-    OpenScenario,
-    /// A table of tracks, .csv or .parquet (`nearmiss help tracks`).
-    Tracks,
-    /// A table in the shape of the INTERACTION Dataset.
-    Interaction,
-    /// The three tables of a recording in the shape of highD.
-    #[value(name = "highd")]
-    HighD,
-}
-
-impl Target {
-    /// Endings of its files, the usual one first.
-    fn endings(self) -> &'static [&'static str] {
-        match self {
-            Self::CommonRoad | Self::CommonRoad2018b => &["xml"],
-            Self::OpenScenario => &["xosc"],
-            Self::Tracks => &["csv", "parquet"],
-            Self::Interaction | Self::HighD => &["csv"],
-        }
-    }
-
-    /// The file of a scenario in a folder.
-    pub fn file_name(self, scenario: &str) -> String {
-        match self {
-            Self::HighD => format!("{scenario}{HIGHD_TRACKS}"),
-            _ => format!("{scenario}.{}", self.endings()[0]),
-        }
-    }
-
-    /// Whether the ego is in its files.
-    pub fn has_ego(self) -> bool {
-        !matches!(self, Self::CommonRoad | Self::CommonRoad2018b)
-    }
-
-    fn name(self) -> String {
-        let value = clap::ValueEnum::to_possible_value(&self);
-        value.map_or_else(String::new, |value| value.get_name().to_string())
-    }
-}
 
 /// The format, and whose motion is the ego's.
 #[derive(Debug, Clone, clap::Args, Serialize)]
 pub(super) struct TargetOptions {
     /// Format to write [default: by the ending of -o, else commonroad].
-    #[arg(long)]
+    #[arg(long, value_parser = formats())]
     format: Option<Target>,
     /// OpenSCENARIO and tables: the ego: free (placed at its start, for a driver under test; OpenSCENARIO only), planner
     /// (the built-in planner drives), `planner:NAME` with a [planner.NAME] of config.toml or a command, id of an obstacle,
@@ -150,25 +94,28 @@ impl TargetOptions {
     }
 }
 
+/// The formats by name, each with what it is.
+fn formats() -> impl TypedValueParser<Value = Target> {
+    let named = Target::ALL.map(|target| {
+        let what = target.get_documentation().unwrap_or_default();
+        PossibleValue::new(target.name()).help(what.trim_end_matches('.'))
+    });
+    PossibleValuesParser::new(named).try_map(|name| Target::parse(&name).ok_or(name))
+}
+
 /// The format that the ending of a file means; `None` where it means none.
 fn of_ending(file: &Path) -> Result<Option<Target>, Failure> {
-    let is = |ending: &&str| {
-        let own = file.extension();
-        own.is_some_and(|own| own.eq_ignore_ascii_case(ending))
-    };
-    if is(&ROADS) {
+    if ends_with(file, ROADS) {
         return Err(Failure::input(
             "roads are written beside a scenario: -o FILE.xosc writes FILE.xosc and FILE.xodr",
         ));
     }
-    let mut usual = [Target::CommonRoad, Target::OpenScenario, Target::Tracks].into_iter();
-    Ok(usual.find(|target| target.endings().iter().any(is)))
+    Ok(Target::of_ending(file))
 }
 
 fn unknown_ending(file: &Path) -> Failure {
     Failure::input(format!(
-        "{}: no folder, and no ending of a scenario: .xml (CommonRoad), .xosc (OpenSCENARIO), .csv or .parquet (tracks); \
-         create the folder, or choose with --format",
+        "{}: no folder, and no ending of a scenario: {ENDINGS}; create the folder, or choose with --format",
         file.display()
     ))
 }

@@ -245,6 +245,12 @@ impl JobIdentity {
     }
 }
 
+/// Whether a file holds these bytes already: a run that was killed had just written it.
+#[must_use]
+pub fn holds(path: &Path, bytes: &[u8]) -> bool {
+    system::read_file(path, system::LARGEST).is_ok_and(|found| found == bytes)
+}
+
 /// A short hash of an input: where it was read, and its content.
 #[must_use]
 pub fn input_hash(place: &str, content: &ContentHash) -> String {

@@ -1,46 +1,28 @@
-//! A scenario in each of the formats that `convert` writes, and what is said of it.
+//! A scenario in each of the formats that are written, and what is said of it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss_base::system;
-use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::commonroad::{conform, write, write_2018b};
 use nearmiss_formats::{
-    Entry, EntryLocation, TableShape, USUAL_VEHICLE, find_recording, write_recording,
+    EgoSelection, Entry, EntryLocation, TableShape, USUAL_VEHICLE, find_recording, write_recording,
     write_sized_recording, write_tables,
 };
 use nearmiss_record::Format;
 use nearmiss_scene::scenario::{Ego, EgoSource, Scenario, alike, in_short};
-use nearmiss_workflow::{
-    ExportRequest, SimulatedEgo, VariantOrigin, export_to_simulator, scene_to_export,
-};
 
-use super::Converted;
-use super::crop::CropOptions;
-use super::target::{HIGHD_TRACKS, ROADS, Target};
-use crate::open::configuration;
-use crate::{Failure, output};
-
-impl Converted {
-    /// A file, or what is printed where there is none.
-    fn add(&mut self, file: Option<PathBuf>, bytes: Vec<u8>) {
-        match file {
-            Some(path) => self.files.push((path, bytes)),
-            None => self.printed = Some(output::escaped_xml(&String::from_utf8_lossy(&bytes))),
-        }
-    }
-}
+use super::target::{HIGHD_TRACKS, ROADS, Target, ends_with};
+use super::{ConvertRequest, Converted, WithEgo};
+use crate::{ExportRequest, SimulatedEgo, VariantOrigin, export_to_simulator};
 
 /// A scenario as CommonRoad 2020a XML, made to fit its schema where that is wanted.
 pub(super) fn commonroad(
-    entry: &Entry,
-    file: Option<PathBuf>,
-    crop: &CropOptions,
-    to_schema: bool,
-) -> Result<Converted, Failure> {
-    let (scenario, mut done) = begun(entry, file.as_deref(), crop, to_schema)?;
+    request: &ConvertRequest<'_>,
+    with_ego: WithEgo,
+) -> Result<Converted, String> {
+    let (entry, to_schema) = (request.entry, request.to_schema);
+    let (scenario, mut done) = begun(request, with_ego, to_schema)?;
     let conformed = conform(&scenario);
     let name = &entry.name;
     let written = if to_schema {
@@ -48,8 +30,8 @@ pub(super) fn commonroad(
     } else {
         &scenario
     };
-    let bytes = write(written).map_err(Failure::input)?;
-    done.add(file, bytes);
+    let bytes = write(written).map_err(|error| error.to_string())?;
+    done.add(request.file.map(Path::to_path_buf), bytes);
     let said = &mut done.said;
     said.extend(read_in_words(entry, &scenario));
     if !scenario.network.areas.is_empty() {
@@ -78,25 +60,29 @@ pub(super) fn commonroad(
 
 /// A scenario of CommonRoad, or the part of it that is written, and what is beside it: its ego.
 fn begun(
-    entry: &Entry,
-    file: Option<&Path>,
-    crop: &CropOptions,
+    request: &ConvertRequest<'_>,
+    (scenario, ego): WithEgo,
     from_zero: bool,
-) -> Result<(Arc<Scenario>, Converted), Failure> {
+) -> Result<(Arc<Scenario>, Converted), String> {
+    let ConvertRequest { entry, part, .. } = *request;
     let name = &entry.name;
     let mut done = Converted::default();
-    let scenario = entry.read().map_err(Failure::input)?;
-    let ego = entry.recorded_ego(&scenario).unwrap_or_else(|error| {
-        let said = format!("{name}: the ego is left out: {error}");
-        done.said.push(said);
-        None
-    });
-    let unchanged = ego.as_ref().filter(|_| !crop.cuts_time());
+    let is_beside = *request.ego == SimulatedEgo::Follows(EgoSelection::Beside);
+    let unchanged = ego.as_ref().filter(|_| is_beside && !part.cuts_time());
     let copied = unchanged.and_then(|ego| as_it_is(entry, &scenario, ego));
-    let part = crop.apply(entry, scenario, ego, from_zero)?;
+    let part = part.of(entry, scenario, ego, from_zero)?;
     done.said.extend(part.said);
-    match (file, part.ego) {
+    match (request.file, part.ego) {
         (_, None) => {}
+        (
+            _,
+            Some(Ego {
+                source: EgoSource::Obstacle(id),
+                ..
+            }),
+        ) => done.said.push(format!(
+            "{name}: that the ego is {id} is left out; it stays an obstacle"
+        )),
         // Before the scenario, so that it is never there without.
         (Some(path), Some(ego)) => {
             let recording = copied.or_else(|| recording(&ego));
@@ -115,24 +101,27 @@ fn begun(
     Ok((part.scenario, done))
 }
 
+/// How notes begin, behind the name.
+pub(super) const READING: &str = "reading: ";
+
 /// What was noted while a scenario was read.
 fn read_in_words<'a>(
     entry: &'a Entry,
     scenario: &'a Scenario,
 ) -> impl Iterator<Item = String> + 'a {
     let read = in_short(&scenario.diagnostics).into_iter();
-    read.map(|(_, words)| format!("{}: reading: {words}", entry.name))
+    read.map(|(_, words)| format!("{}: {READING}{words}", entry.name))
 }
 
 /// A scenario as CommonRoad 2018b XML.
 pub(super) fn commonroad_2018b(
-    entry: &Entry,
-    file: Option<PathBuf>,
-    crop: &CropOptions,
-) -> Result<Converted, Failure> {
-    let (scenario, mut done) = begun(entry, file.as_deref(), crop, false)?;
-    let (bytes, lost) = write_2018b(&scenario).map_err(Failure::input)?;
-    done.add(file, bytes);
+    request: &ConvertRequest<'_>,
+    with_ego: WithEgo,
+) -> Result<Converted, String> {
+    let entry = request.entry;
+    let (scenario, mut done) = begun(request, with_ego, false)?;
+    let (bytes, lost) = write_2018b(&scenario).map_err(|error| error.to_string())?;
+    done.add(request.file.map(Path::to_path_buf), bytes);
     done.said.extend(read_in_words(entry, &scenario));
     let lost = lost.into_iter();
     done.said
@@ -173,84 +162,54 @@ fn as_it_is(entry: &Entry, scenario: &Scenario, ego: &Ego) -> Option<Vec<u8>> {
     }
 }
 
-/// How egos are planned.
-fn planning() -> Result<Settings, Failure> {
-    let (_, config) = configuration()?;
-    Ok((&config.planning()).into())
-}
-
 /// One scenario, and what the formats cannot say of it.
 pub(super) fn openscenario(
-    entry: &Entry,
-    file: Option<PathBuf>,
-    crop: &CropOptions,
-    ego: &SimulatedEgo,
-    cancel: &Cancel,
-) -> Result<Converted, Failure> {
-    let Some(path) = file else {
-        return Err(Failure::input(
-            "OpenSCENARIO is two files; name the first one or a folder: -o FILE.xosc",
-        ));
-    };
-    let roads = path.with_extension(ROADS);
-    let road_file = roads.file_name().unwrap_or_default().to_string_lossy();
-    let exported = scene_to_export(entry, ego, &planning()?, cancel).map_err(Failure::input)?;
-    let Some((whole, driven)) = exported else {
-        return Ok(Converted::default());
-    };
-    let part = crop.apply(entry, whole, driven, true)?;
-    let request = ExportRequest {
+    request: &ConvertRequest<'_>,
+    (scenario, ego): WithEgo,
+) -> Result<Converted, String> {
+    let entry = request.entry;
+    let roads = request.file.map(|path| path.with_extension(ROADS));
+    let road_file = roads.as_deref().and_then(Path::file_name);
+    let road_file = road_file.unwrap_or_default().to_string_lossy().into_owned();
+    let part = request.part.of(entry, scenario, ego, true)?;
+    let exported = export_to_simulator(&ExportRequest {
         entry,
         scenario: &part.scenario,
         ego: part.ego.as_ref(),
-        is_free: *ego == SimulatedEgo::Free,
+        is_free: *request.ego == SimulatedEgo::Free,
         road_file: &road_file,
-    };
-    let exported = export_to_simulator(&request).map_err(Failure::input)?;
+    })?;
     let told = exported.notes.iter();
     let notes = told.map(|note| format!("{}: {note}", entry.name));
     let read = read_in_words(entry, &part.scenario).chain(notes);
-    let said = part.said.iter().cloned().chain(read).collect();
-    Ok(Converted {
-        // The roads first, so that a scenario is never there without them.
-        files: vec![(roads, exported.roads), (path, exported.scenario)],
-        printed: None,
-        said,
+    let mut done = Converted {
+        said: part.said.iter().cloned().chain(read).collect(),
         fits: true,
-    })
+        ..Converted::default()
+    };
+    // The roads first, so that a scenario is never there without them.
+    done.add(roads, exported.roads);
+    done.add(request.file.map(Path::to_path_buf), exported.scenario);
+    Ok(done)
 }
 
 /// A scenario as tables of tracks.
 pub(super) fn tables(
-    entry: &Entry,
-    file: Option<PathBuf>,
-    target: Target,
-    crop: &CropOptions,
-    ego: &SimulatedEgo,
-    cancel: &Cancel,
-) -> Result<Converted, Failure> {
-    let is_parquet = |path: &PathBuf| {
-        path.extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("parquet"))
-    };
-    let shape = match target {
-        Target::HighD if file.is_none() => {
-            return Err(Failure::input(
-                "highD is three files; name the one of the tracks or a folder: -o 01_tracks.csv",
-            ));
-        }
+    request: &ConvertRequest<'_>,
+    (scenario, ego): WithEgo,
+) -> Result<Converted, String> {
+    let ConvertRequest { entry, file, .. } = *request;
+    let ends = |ending| file.is_some_and(|file| ends_with(file, ending));
+    let shape = match request.target {
         Target::HighD => TableShape::HighD,
         Target::Interaction => TableShape::Interaction,
-        _ if file.as_ref().is_some_and(is_parquet) => TableShape::Tracks(Format::Parquet),
+        _ if ends("parquet") => TableShape::Tracks(Format::Parquet),
+        _ if ends("arrow") => TableShape::Tracks(Format::Arrow),
         _ => TableShape::Tracks(Format::Csv),
     };
-    let exported = scene_to_export(entry, ego, &planning()?, cancel).map_err(Failure::input)?;
-    let Some((whole, driven)) = exported else {
-        return Ok(Converted::default());
-    };
-    let part = crop.apply(entry, whole, driven, false)?;
+    let part = request.part.of(entry, scenario, ego, false)?;
     let written = write_tables(shape, &part.scenario, part.ego.as_ref())
-        .map_err(|error| Failure::input(format!("{}: {error}", entry.display())))?;
+        .map_err(|error| format!("{}: {error}", entry.display()))?;
     let read = read_in_words(entry, &part.scenario);
     let mut done = Converted {
         said: part.said.iter().cloned().chain(read).collect(),
@@ -258,7 +217,7 @@ pub(super) fn tables(
         ..Converted::default()
     };
     for (end, bytes) in written.files {
-        done.add(file.as_ref().map(|file| with_end(file, end)), bytes);
+        done.add(file.map(|file| with_end(file, end)), bytes);
     }
     let notes = written.notes.iter();
     done.said
