@@ -8,7 +8,8 @@ use nearmiss_formats::{EgoSelection, Entry, TableOptions, bundled, reading_table
 use nearmiss_record::{Clock, Row, columns, row_of};
 use nearmiss_workflow::tables::{index_table, meanings};
 use nearmiss_workflow::{
-    OpenRequest, Overview, ScenarioRow, StandIn, find, open as open_entry, read_as_said,
+    OpenRequest, OpenedScene, Overview, ScenarioRow, SimulatedEgo, StandIn, find,
+    open as open_entry, read_as_said,
 };
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -64,31 +65,36 @@ impl Reader {
 
     fn opened(&self, entry: &Entry) -> Result<Scenario, Problem> {
         let driving = self.user.driving();
-        let is_planner =
-            matches!(&self.ego, Some(Ego::Named(said)) if said.as_os_str() == "planner");
-        let opened = if is_planner {
-            let scenario = entry.read()?;
-            let scene = StandIn::Planner(&driving).scene(entry, &scenario);
-            (scenario, scene)
-        } else {
-            let ego = match &self.ego {
-                None => EgoSelection::Beside,
-                Some(Ego::Id(id)) => EgoSelection::Obstacle(*id),
-                Some(Ego::Named(said)) => EgoSelection::of_file(said),
-            };
-            let opened = open_entry(&OpenRequest {
+        let asked = match &self.ego {
+            None => SimulatedEgo::Follows(EgoSelection::Beside),
+            Some(Ego::Id(id)) => SimulatedEgo::Follows(EgoSelection::Obstacle(*id)),
+            Some(Ego::Named(said)) if said.as_os_str() == "planner" => SimulatedEgo::Planned,
+            Some(Ego::Named(said)) => SimulatedEgo::Follows(EgoSelection::of_file(said)),
+        };
+        let stand_in = StandIn::Planner(&driving);
+        let opened = match &asked {
+            SimulatedEgo::Follows(ego) => open_entry(&OpenRequest {
                 entry,
-                ego: &ego,
+                ego,
                 transform: None,
                 strict: true,
-                stand_in: StandIn::Planner(&driving),
-            })?;
-            (opened.scenario, opened.scene)
+                stand_in,
+            })?,
+            _ => {
+                let scenario = entry.read()?;
+                OpenedScene {
+                    scene: stand_in.scene(entry, &scenario),
+                    scenario,
+                    stands_in: false,
+                }
+            }
         };
         Ok(Scenario {
             entry: entry.clone(),
-            scenario: opened.0,
-            opened: opened.1,
+            scenario: opened.scenario,
+            opened: opened.scene,
+            asked,
+            stands_in: opened.stands_in,
             thresholds: Arc::new(self.user.thresholds.clone()),
             folder: None,
         })
@@ -179,7 +185,8 @@ fn found(py: Python<'_>, _reader: &Reader, paths: Paths) -> PyResult<Vec<Entry>>
     Ok(found.entries)
 }
 
-fn warn(py: Python<'_>, words: &str) -> PyResult<()> {
+/// Warns; Python shows the same warning of a line once.
+pub fn warn(py: Python<'_>, words: &str) -> PyResult<()> {
     let kind = py.get_type::<PyUserWarning>();
     let words = std::ffi::CString::new(words.replace('\0', " ")).map_err(Problem::new)?;
     PyErr::warn(py, &kind, &words, 1)

@@ -7,6 +7,7 @@ mod settings;
 mod table;
 mod window;
 mod work;
+mod write;
 
 use pyo3::prelude::*;
 

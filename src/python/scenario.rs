@@ -13,7 +13,7 @@ use nearmiss_workflow::tables::{
     RowFile, default_index_options, exact_columns, exact_rows, index_table, lane_table,
     measure_table, window_rows,
 };
-use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, Verdicts};
+use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, SimulatedEgo, Verdicts};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tempfile::TempDir;
@@ -23,6 +23,7 @@ use crate::settings::named_measures;
 use crate::table::Table;
 use crate::window::{Moment, Named, Window, description, json};
 use crate::work;
+use crate::write;
 
 /// A scenario with its ego; `nearmiss.open` opens one.
 #[pyclass(frozen, module = "nearmiss")]
@@ -34,6 +35,10 @@ pub struct Scenario {
     pub scenario: Arc<Recorded>,
     /// The same with its ego, or why there is none.
     pub opened: Result<Arc<Scene>, MissingEgo>,
+    /// The ego that was asked for.
+    pub asked: SimulatedEgo,
+    /// Whether its ego stands in for one that is not recorded.
+    pub stands_in: bool,
     /// The user's thresholds.
     pub thresholds: Arc<Thresholds>,
     /// What holds its file, where it came from a table in memory.
@@ -336,6 +341,19 @@ impl Scenario {
             Ok::<_, Problem>(figure.page(figure.telling_step(), &Palette::paper(), &told))
         })?;
         Ok(page?)
+    }
+
+    /// Writes the scenario in the format of the file's ending, as `nearmiss convert -o` does: .xml for CommonRoad 2020a with
+    /// its ego beside it (NAME.ego_trajectory.csv), .xosc for OpenSCENARIO with its roads beside it (NAME.xodr), .csv,
+    /// .parquet or .arrow for a table of tracks.
+    ///
+    /// The ego is the recorded one, or that of open(ego=…). One that stands in for a recorded one is left out, and in
+    /// CommonRoad an obstacle stays an obstacle. What a format has no place for is a warning.
+    ///
+    /// overwrite: replace existing files; the scenario's own file only with all of it as CommonRoad.
+    #[pyo3(signature = (path, *, overwrite=false))]
+    fn write(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<()> {
+        write::write(py, self, path, overwrite)
     }
 }
 

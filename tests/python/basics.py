@@ -246,5 +246,33 @@ class Words(unittest.TestCase):
         self.assertIn("Measure, judge and endanger", pydoc.render_doc(nearmiss))
 
 
+class Written(unittest.TestCase):
+    def test_files_are_those_of_convert(self):
+        for ending in ("xml", "xosc", "csv", "parquet", "arrow"):
+            with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(record=True) as warned:
+                warnings.simplefilter("always")
+                here, there = pathlib.Path(folder) / "here", pathlib.Path(folder) / "there"
+                here.mkdir()
+                there.mkdir()
+                nearmiss.open(CUT_IN).write(here / f"a.{ending}")
+                command("convert", CUT_IN, "-o", there / f"a.{ending}")
+                files = [{file.name: file.read_bytes() for file in where.iterdir()} for where in (here, there)]
+                self.assertEqual(files[0], files[1], ending)
+                self.assertEqual(bool(warned), ending != "xml")
+
+    def test_nothing_is_overwritten_unasked(self):
+        scenario = nearmiss.from_tracks(nearmiss.open(CUT_IN).tracks())
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "a.csv"
+            scenario.write(file)
+            with self.assertRaisesRegex(nearmiss.Error, "overwrite=True"):
+                scenario.write(file)
+            scenario.write(file, overwrite=True)
+            with self.assertRaisesRegex(nearmiss.Error, "input"):
+                nearmiss.open(file).write(file, overwrite=True)
+            with self.assertRaisesRegex(nearmiss.Error, ".xosc"):
+                scenario.write(file.with_suffix(".txt"))
+
+
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
