@@ -1,7 +1,9 @@
 //! The Python module: the workflows as functions, tables as Arrow. It translates, and decides nothing.
 
+mod attack;
 mod errors;
 mod files;
+mod plan;
 mod scenario;
 mod settings;
 mod table;
@@ -23,11 +25,15 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _nearmiss {
     #[pymodule_export]
+    use super::attack::{Variant, attack};
+    #[pymodule_export]
     use super::errors::Error;
     #[pymodule_export]
     use super::files::{
         from_tracks, index_batch, inspect, measure_batch, measures, open, scenarios, windows,
     };
+    #[pymodule_export]
+    use super::plan::{Drive, plan};
     #[pymodule_export]
     use super::scenario::{Figure, Scenario};
     #[pymodule_export]

@@ -380,7 +380,11 @@ impl Scenario {
     /// The recording beside it cannot be read.
     pub fn index(&self, options: &IndexOptions) -> Result<Table, Problem> {
         let table = index_table(options, &self.thresholds);
-        let recorded = self.entry.recorded_ego(&self.scenario)?;
+        let recorded = match &self.opened {
+            // That of a drive is in no file.
+            Ok(scene) if self.asked == SimulatedEgo::Planned => Some(scene.ego.clone()),
+            _ => self.entry.recorded_ego(&self.scenario)?,
+        };
         let rows = window_rows(
             &self.entry,
             &self.scenario,

@@ -91,7 +91,7 @@ pub use original::{
 pub use overview::{Overview, ScenarioRow};
 pub use plan::{
     PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
-    prepare_read,
+    prepare_opened, prepare_read,
 };
 pub use question::{DescribedWindow, QuestionRequest, described, question};
 pub use reading::{named_tables, read_as_said};

@@ -127,7 +127,10 @@ pub fn prepare_read(
 }
 
 /// The same for a scenario that is open.
-pub(super) fn prepare_opened(
+///
+/// # Errors
+/// See [`PlanError`].
+pub fn prepare_opened(
     entry: &Entry,
     opened: OpenedScene,
     problem: Option<i64>,

@@ -7,6 +7,8 @@
 >>> scenario.figure()                                        # a notebook shows it
 >>> window = scenario.window("safety", at="worst")
 >>> nearmiss.judge(window)["dangerous"]                      # from exact geometry
+>>> nearmiss.plan(scenario).record["outcome"]                # the built-in planner, or a function of yours
+>>> [variant] = nearmiss.attack(scenario, seed=0)            # what endangers it, with certificates
 >>> nearmiss.inspect("recordings")                           # a folder, the worst first
 
 Tables are Arrow: polars.DataFrame(table), pyarrow.table(table), duckdb.sql("from table") and, from pandas 3 on,
@@ -18,31 +20,38 @@ Every error is a nearmiss.Error, with file and line where they are known. Ctrl-C
 
 from ._batches import index_batches, measure_batches
 from ._nearmiss import (
+    Drive,
     Error,
     Figure,
     Scenario,
     Table,
+    Variant,
     Window,
     __version__,
     ask,
+    attack,
     check,
     from_tracks,
     inspect,
     judge,
     measures,
     open,
+    plan,
     prompt,
     scenarios,
     windows,
 )
 
 __all__ = [
+    "Drive",
     "Error",
     "Figure",
     "Scenario",
     "Table",
+    "Variant",
     "Window",
     "ask",
+    "attack",
     "check",
     "from_tracks",
     "index_batches",
@@ -51,6 +60,7 @@ __all__ = [
     "measure_batches",
     "measures",
     "open",
+    "plan",
     "prompt",
     "scenarios",
     "windows",

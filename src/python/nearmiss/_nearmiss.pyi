@@ -1,8 +1,9 @@
 # Types of the compiled module; mypy's stubtest compares them with it.
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import timedelta
 from os import PathLike
+from pathlib import Path
 from typing import Any, Protocol, TypeAlias, final
 
 class _ArrowStream(Protocol):
@@ -16,6 +17,7 @@ _Paths: TypeAlias = _Path | Sequence[_Path]
 _Tracks: TypeAlias = _ArrowStream | _ArrowArray | Any  # Any: a DataFrame of an older pandas
 _Moment: TypeAlias = int | timedelta | str
 _Setting: TypeAlias = str | int | float | bool
+_Planner: TypeAlias = str | Callable[[dict[str, Any]], dict[str, Any]]
 
 __version__: str
 
@@ -107,6 +109,23 @@ class Scenario:
     def page(self) -> str: ...
     def write(self, path: _Path, *, overwrite: bool = False) -> None: ...
 
+@final
+class Drive:
+    @property
+    def record(self) -> dict[str, Any]: ...
+    @property
+    def scenario(self) -> Scenario: ...
+
+@final
+class Variant:
+    @property
+    def record(self) -> dict[str, Any]: ...
+    @property
+    def certificate(self) -> dict[str, dict[str, Any]] | None: ...
+    @property
+    def scenario(self) -> Scenario | None: ...
+    def write(self, folder: _Path) -> Path: ...
+
 def open(
     path: _Path,
     *,
@@ -177,3 +196,25 @@ def ask(
 def check(
     text: str, scenario: Scenario, window: tuple[int, int] | Window | None = None
 ) -> list[dict[str, Any]]: ...
+def plan(
+    scenario: Scenario,
+    planner: _Planner | None = None,
+    *,
+    problem: int | None = None,
+    traffic: str | None = None,
+    **settings: _Setting,
+) -> Drive: ...
+def attack(
+    scenario: Scenario,
+    *,
+    attacker: int | Sequence[int] | None = None,
+    wish: str | None = None,
+    attackers: int | None = None,
+    candidates: int | None = None,
+    seed: int | None = None,
+    survive: float | None = None,
+    style: str | None = None,
+    planner: _Planner | None = None,
+    problem: int | None = None,
+    **settings: _Setting,
+) -> list[Variant]: ...
