@@ -1,6 +1,6 @@
 //! Files: opening one, finding many, and tables over many.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Once};
 
 use nearmiss_drive::planner::Cancel;
@@ -315,17 +315,44 @@ pub fn from_tracks(
     Ok(work::run(py, move |_| reader.tracks(&table, &name))??)
 }
 
+/// The scenario of the bytes of a file, whose name tells the format; `nearmiss.from_commonroad` calls it.
+#[pyfunction]
+#[pyo3(signature = (data, name, *, ego=None))]
+pub fn of_bytes(
+    py: Python<'_>,
+    data: Vec<u8>,
+    name: String,
+    ego: Option<Ego>,
+) -> PyResult<Scenario> {
+    let reader = Reader::new(ego, None, None, None)?;
+    let opened = work::run(py, move |_| {
+        reader.in_memory(&name, |file| {
+            std::fs::write(file, data).map_err(Problem::new)
+        })
+    })?;
+    Ok(opened?)
+}
+
 impl Reader {
     /// The scenario of tracks in memory, which its folder holds as a file.
     fn tracks(&self, table: &Table, name: &str) -> Result<Scenario, Problem> {
-        if name.is_empty() || name.contains(['/', '\\', '#']) {
+        self.in_memory(&format!("{name}.arrow"), |file| table.save(file))
+    }
+
+    /// The scenario of a file that is written for it, and lasts as long as it does.
+    fn in_memory(
+        &self,
+        name: &str,
+        write: impl FnOnce(&Path) -> Result<(), Problem>,
+    ) -> Result<Scenario, Problem> {
+        if name.starts_with('.') || name.contains(['/', '\\', '#']) {
             return Err(Problem::new(format!(
                 "name {name:?}: expected a plain name"
             )));
         }
         let folder = tempfile::tempdir().map_err(Problem::new)?;
-        let file = folder.path().join(format!("{name}.arrow"));
-        table.save(&file)?;
+        let file = folder.path().join(name);
+        write(&file)?;
         let opened = self.open(&Entry::of_file(&file))?;
         Ok(Scenario {
             folder: Some(Arc::new(folder)),

@@ -30,7 +30,8 @@ mod _nearmiss {
     use super::errors::Error;
     #[pymodule_export]
     use super::files::{
-        from_tracks, index_batch, inspect, measure_batch, measures, open, scenarios, windows,
+        from_tracks, index_batch, inspect, measure_batch, measures, of_bytes, open, scenarios,
+        windows,
     };
     #[pymodule_export]
     use super::plan::{Drive, plan};
@@ -39,7 +40,7 @@ mod _nearmiss {
     #[pymodule_export]
     use super::table::Table;
     #[pymodule_export]
-    use super::window::{Window, ask, check, judge, prompt};
+    use super::window::{Window, ask, check, judge, prompt, read_verdict};
 
     use pyo3::prelude::*;
 

@@ -6,7 +6,7 @@ use nearmiss_ask::llm::{Environment, Registry};
 use nearmiss_ask::prompts::{Library, Techniques};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_record::fields::{Fields, Layers};
-use nearmiss_scene::verdict::{ParsedAnswer, Task};
+use nearmiss_scene::verdict::{self, ParsedAnswer, Task};
 use nearmiss_settings::Folders;
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::batch::Experiment;
@@ -228,6 +228,19 @@ pub fn judge<'py>(py: Python<'py>, window: &Window) -> PyResult<Bound<'py, PyAny
         ))
     })?;
     json(py, &ParsedAnswer::Verdict(verdict))
+}
+
+/// The verdict that an answer to a window's question states, as a dict: for answers that come from elsewhere.
+///
+/// An answer without one is an error that says what is missing.
+#[pyfunction]
+pub fn read_verdict<'py>(
+    py: Python<'py>,
+    window: &Window,
+    answer: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let reading = verdict::read(window.question.case.task, answer);
+    json(py, &reading.map_err(Problem::new)?.said)
 }
 
 /// A model's answer about a window: a dict with `verdict`, `reasoning`, `answer`, tokens and cost, as `nearmiss ask --format json`.

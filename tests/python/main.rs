@@ -91,6 +91,20 @@ fn the_module_needs_python_alone() {
 }
 
 #[test]
+fn drives_and_attacks_are_those_of_the_commands() {
+    if let Some(python) = python("NEARMISS_PYTHON", "unittest") {
+        run(&python, "driving.py", &[]);
+    }
+}
+
+#[test]
+fn drives_and_attacks_are_those_of_the_commands() {
+    if let Some(python) = python("NEARMISS_PYTHON", "unittest") {
+        run(&python, "driving.py", &[]);
+    }
+}
+
+#[test]
 fn tables_are_taken_and_given_by_the_libraries_for_them() {
     if let Some(python) = python("NEARMISS_PYTHON", "pyarrow, polars, pandas, duckdb") {
         run(&python, "tables.py", &[]);
@@ -111,6 +125,24 @@ fn the_stubs_tell_what_the_module_has() {
         .unwrap();
     let said = String::from_utf8_lossy(&ended.stdout);
     assert!(ended.status.success(), "{said}");
+}
+
+#[test]
+fn the_notebook_runs_from_its_first_cell_to_its_last() {
+    if let Some(python) = python("NEARMISS_PYTHON", "nbclient, ipykernel, polars") {
+        let notebook = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/docs/notebook.ipynb");
+        print!(
+            "{}",
+            run(&python, "notebook.py", &[&notebook.display().to_string()])
+        );
+    }
+}
+
+#[test]
+fn scenarios_are_objects_of_commonroad_io_and_back() {
+    if let Some(python) = python("NEARMISS_PYTHON", "commonroad") {
+        run(&python, "commonroad_io.py", &[]);
+    }
 }
 
 /// Scenarios in files of several formats.

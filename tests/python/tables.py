@@ -34,7 +34,7 @@ class Libraries(unittest.TestCase):
         self.assertEqual(taken.to_pylist(), table.rows())
         self.assertEqual(polars.DataFrame(table).rows(named=True), table.rows())
         measured = table
-        self.assertEqual(duckdb.sql("select count(*), min(distance) from measured").fetchone()[0], len(measured))
+        self.assertEqual(duckdb.sql("select count(*), min(distance) from measured").fetchall()[0][0], len(measured))
         frame = pandas.DataFrame.from_arrow(table)
         self.assertEqual(list(frame["distance"]), [row["distance"] for row in table.rows()])
         # Again: the table is not used up.

@@ -11,7 +11,7 @@
 >>> [variant] = nearmiss.attack(scenario, seed=0)            # what endangers it, with certificates
 >>> nearmiss.inspect("recordings")                           # a folder, the worst first
 
-Tables are Arrow: polars.DataFrame(table), pyarrow.table(table), duckdb.sql("from table") and, from pandas 3 on,
+Tables are Arrow: polars.DataFrame(table), pyarrow.table(table), duckdb.sql("from measured") and, from pandas 3 on,
 pandas.DataFrame.from_arrow(table) take them without copying; table.rows() needs none of these. Lengths are in metres, angles
 in radians, times in seconds, moments of a recording are durations; table.columns says so of each column.
 
@@ -19,6 +19,7 @@ Every error is a nearmiss.Error, with file and line where they are known. Ctrl-C
 """
 
 from ._batches import index_batches, measure_batches
+from ._commonroad import from_commonroad, to_commonroad
 from ._nearmiss import (
     Drive,
     Error,
@@ -38,6 +39,7 @@ from ._nearmiss import (
     open,
     plan,
     prompt,
+    read_verdict,
     scenarios,
     windows,
 )
@@ -53,6 +55,7 @@ __all__ = [
     "ask",
     "attack",
     "check",
+    "from_commonroad",
     "from_tracks",
     "index_batches",
     "inspect",
@@ -62,6 +65,8 @@ __all__ = [
     "open",
     "plan",
     "prompt",
+    "read_verdict",
     "scenarios",
+    "to_commonroad",
     "windows",
 ]
