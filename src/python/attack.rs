@@ -166,10 +166,12 @@ pub fn attack(
         wish: { wish.map(|words| of("wish", words.parse::<Wish>())) }.transpose()?,
     };
     let own = scenario.clone();
-    let made = work::run(py, move |cancel| made(&own, problem, &request, cancel))?;
+    let made = work::run(py, move |cancel| made(&own, problem, &request, cancel));
+    chosen.calls.settle(py);
+    let made = made?;
     // Under an attack an exception is what was looked for.
     if made.is_err() {
-        chosen.raised.check()?;
+        chosen.calls.check()?;
     }
     Ok(vec![made?])
 }

@@ -1,12 +1,14 @@
 //! The ego of a planning problem, driven by the built-in planner, a process, or a Python function.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use nearmiss_base::system::unknown;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{
-    Answering, Clock, ExternalOptions, ExternalPlanner, PROTOCOL, PlannerFunction, Settings,
+    Answering, Clock, ExternalOptions, ExternalPlanner, PlannerFunction, Settings,
 };
 use nearmiss_record::fields::Layers;
 use nearmiss_scene::scenario::Scene;
@@ -14,7 +16,7 @@ use nearmiss_settings::Planning;
 use nearmiss_workflow::drive::{DriveOptions, DriveRecord, PlannerChoice, drive};
 use nearmiss_workflow::{OpenedScene, PreparedPlan, SimulatedEgo, prepare_opened, prepare_read};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyString};
+use pyo3::types::{PyBool, PyDict};
 
 use crate::errors::Problem;
 use crate::scenario::Scenario;
@@ -93,8 +95,10 @@ pub fn plan(
     let own = scenario.clone();
     let driven = work::run(py, move |cancel| {
         driven(&own, problem, &settings, choice.as_ref(), cancel)
-    })?;
-    chosen.raised.check()?;
+    });
+    chosen.calls.settle(py);
+    let driven = driven?;
+    chosen.calls.check()?;
     Ok(driven?)
 }
 
@@ -198,8 +202,8 @@ pub enum Planner<'py> {
 pub struct Chosen {
     /// None for the built-in planner without a word about it.
     pub choice: Option<PlannerChoice>,
-    /// The exception of a function.
-    pub raised: Raised,
+    /// Of a function.
+    pub calls: Arc<Calls>,
 }
 
 impl Chosen {
@@ -212,7 +216,7 @@ impl Chosen {
         user: &User,
         timeout: Option<f64>,
     ) -> Result<Self, Problem> {
-        let raised = Raised::default();
+        let calls = Arc::<Calls>::default();
         let choice = match planner {
             None if timeout.is_some() => {
                 return Err(Problem::new(
@@ -226,7 +230,7 @@ impl Chosen {
                 Some(choice.map_err(Problem::new)?)
             }
             Some(Planner::Function(function)) if function.is_callable() => {
-                Some(function_planner(&function, timeout, raised.clone()))
+                Some(function_planner(&function, timeout, Arc::clone(&calls)))
             }
             Some(Planner::Function(other)) => {
                 return Err(Problem::new(format!(
@@ -234,14 +238,14 @@ impl Chosen {
                 )));
             }
         };
-        Ok(Self { choice, raised })
+        Ok(Self { choice, calls })
     }
 }
 
 fn function_planner(
     function: &Bound<'_, PyAny>,
     timeout: Option<f64>,
-    raised: Raised,
+    calls: Arc<Calls>,
 ) -> PlannerChoice {
     let named = function.getattr("__name__");
     let named = named.or_else(|_| Ok::<_, PyErr>(function.get_type().name()?.into_any()));
@@ -253,35 +257,49 @@ fn function_planner(
     let function = Arc::new(Function {
         name: name.clone(),
         function: function.clone().unbind(),
-        raised,
+        calls,
     });
+    let planner = ExternalPlanner::of_function(name.clone(), options, function);
     PlannerChoice {
-        external: Some(Arc::new(ExternalPlanner::of_function(
-            name.clone(),
-            options,
-            function,
-        ))),
+        external: Some(Arc::new(planner)),
         name,
         is_recorded: false,
     }
 }
 
-/// The first exception of a function, kept while Rust works.
-#[derive(Debug, Clone, Default)]
-pub struct Raised(Arc<Mutex<Option<PyErr>>>);
+/// The calls of a function while Rust works.
+#[derive(Debug, Default)]
+pub struct Calls {
+    /// The first exception.
+    raised: Mutex<Option<PyErr>>,
+    /// Threads that wait for requests, or answer one.
+    threads: AtomicUsize,
+}
 
-impl Raised {
-    /// Raises it, if there is one.
+/// How long threads are waited for.
+const GRACE: Duration = Duration::from_millis(300);
+
+impl Calls {
+    /// Waits a little until the threads end: one that came back to Rust while Python ends would break it off. One whose
+    /// function does not return may go on.
+    pub fn settle(&self, py: Python<'_>) {
+        py.detach(|| {
+            let until = Instant::now() + GRACE;
+            while self.threads.load(Ordering::Acquire) > 0 && Instant::now() < until {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+    }
+
+    /// Raises the exception, if there is one.
     pub fn check(&self) -> PyResult<()> {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
         kept.take().map_or(Ok(()), Err)
     }
 
-    fn keep(&self, error: PyErr) -> String {
-        let words = error.to_string();
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+    fn keep(&self, error: PyErr) {
+        let mut kept = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
         kept.get_or_insert(error);
-        words
     }
 }
 
@@ -290,45 +308,71 @@ impl Raised {
 struct Function {
     name: String,
     function: Py<PyAny>,
-    raised: Raised,
+    calls: Arc<Calls>,
 }
 
 impl PlannerFunction for Function {
     fn begin(&self) -> Answering {
-        let (name, raised) = (self.name.clone(), self.raised.clone());
-        let function = Python::attach(|py| self.function.clone_ref(py));
-        let mut told = None;
+        let (to, asked) = sync_channel(1);
+        let (answers, from) = sync_channel(1);
+        self.calls.threads.fetch_add(1, Ordering::AcqRel);
+        let requests = Requests {
+            asked: Mutex::new(asked),
+            answers,
+            calls: Arc::clone(&self.calls),
+        };
+        let begun = Python::attach(|py| {
+            let thread = py.import("nearmiss._planners")?;
+            let function = self.function.bind(py);
+            thread.call_method1("begin", (function, &self.name, requests))?;
+            Ok::<_, PyErr>(())
+        });
+        let begun = begun.map_err(|error| error.to_string());
         Box::new(move |line| {
-            let answered = Python::try_attach(|py| {
-                let message = py.import("json")?.getattr("loads")?.call1((line,))?;
-                let function = function.bind(py);
-                let answer = if message.get_item("type")?.eq("hello")? {
-                    told = Some(message.unbind());
-                    ready(function, &name)?
-                } else {
-                    message.set_item("hello", &told)?;
-                    function.call1((message,))?
-                };
-                let text = py.import("json")?.getattr("dumps")?.call1((answer,))?;
-                Ok(text.cast_into::<PyString>()?.to_string())
-            });
-            answered
-                .unwrap_or_else(|| Ok::<_, PyErr>(String::new()))
-                .map_err(|error| raised.keep(error))
+            begun.clone()?;
+            let gone = "its thread has ended";
+            to.send(line.to_string()).map_err(|_| gone)?;
+            from.recv().map_err(|_| gone)?
         })
     }
 }
 
-/// What a function says of itself, and over that its attribute `ready`.
-fn ready<'py>(function: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-    let ready = PyDict::new(function.py());
-    ready.set_item("type", "ready")?;
-    ready.set_item("protocol", PROTOCOL)?;
-    ready.set_item("name", name)?;
-    if let Ok(wants) = function.getattr("ready")
-        && let Ok(wants) = wants.cast::<PyDict>()
-    {
-        ready.update(wants.as_mapping())?;
+/// What a drive asks of a function, for the thread that answers it.
+#[pyclass(frozen)]
+struct Requests {
+    asked: Mutex<Receiver<String>>,
+    answers: SyncSender<Result<String, String>>,
+    calls: Arc<Calls>,
+}
+
+#[pymethods]
+impl Requests {
+    fn __iter__(own: Py<Self>) -> Py<Self> {
+        own
     }
-    Ok(ready.into_any())
+
+    fn __next__(&self, py: Python<'_>) -> Option<String> {
+        py.detach(|| {
+            let asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
+            asked.recv().ok()
+        })
+    }
+
+    fn answer(&self, line: String) {
+        // Nobody waits for one that comes too late.
+        let _ = self.answers.try_send(Ok(line));
+    }
+
+    fn fail(&self, error: &Bound<'_, PyAny>) {
+        let error = PyErr::from_value(error.clone());
+        let words = error.to_string();
+        self.calls.keep(error);
+        let _ = self.answers.try_send(Err(words));
+    }
+}
+
+impl Drop for Requests {
+    fn drop(&mut self) {
+        self.calls.threads.fetch_sub(1, Ordering::AcqRel);
+    }
 }
