@@ -1,5 +1,6 @@
 //! What commands write: data on standard output or into a file, as text or as a table; words on standard error.
 
+pub use nearmiss_base::system::counted;
 pub use nearmiss_record::{
     Align, Cell, Column, Encoded, Format, Kind, Row, Table, line, lines as table_lines,
 };
@@ -122,15 +123,6 @@ pub fn check_format(format: Format, file: Option<&std::path::Path>) -> Outcome {
         )));
     }
     Ok(())
-}
-
-/// A count with its noun: `1 run`, `2 runs`.
-#[must_use]
-pub fn counted(count: usize, noun: &str) -> String {
-    match count {
-        1 => format!("1 {noun}"),
-        _ => format!("{count} {noun}s"),
-    }
 }
 
 /// So many of all scenarios: `2 of 7 scenarios`, and of a single one `the scenario`.
