@@ -13,16 +13,17 @@ use nearmiss_record::Format;
 use nearmiss_scene::scenario::{Ego, EgoSource, Scenario, alike, in_short};
 
 use super::target::{HIGHD_TRACKS, ROADS, Target, ends_with};
-use super::{ConvertRequest, Converted, WithEgo};
+use super::{ConvertRequest, Converted};
 use crate::{ExportRequest, SimulatedEgo, VariantOrigin, export_to_simulator};
 
 /// A scenario as CommonRoad 2020a XML, made to fit its schema where that is wanted.
 pub(super) fn commonroad(
     request: &ConvertRequest<'_>,
-    with_ego: WithEgo,
+    scenario: Arc<Scenario>,
+    ego: Option<Ego>,
 ) -> Result<Converted, String> {
     let (entry, to_schema) = (request.entry, request.to_schema);
-    let (scenario, mut done) = begun(request, with_ego, to_schema)?;
+    let (scenario, mut done) = begun(request, scenario, ego, to_schema)?;
     let conformed = conform(&scenario);
     let name = &entry.name;
     let written = if to_schema {
@@ -61,7 +62,8 @@ pub(super) fn commonroad(
 /// A scenario of CommonRoad, or the part of it that is written, and what is beside it: its ego.
 fn begun(
     request: &ConvertRequest<'_>,
-    (scenario, ego): WithEgo,
+    scenario: Arc<Scenario>,
+    ego: Option<Ego>,
     from_zero: bool,
 ) -> Result<(Arc<Scenario>, Converted), String> {
     let ConvertRequest { entry, part, .. } = *request;
@@ -116,10 +118,11 @@ fn read_in_words<'a>(
 /// A scenario as CommonRoad 2018b XML.
 pub(super) fn commonroad_2018b(
     request: &ConvertRequest<'_>,
-    with_ego: WithEgo,
+    scenario: Arc<Scenario>,
+    ego: Option<Ego>,
 ) -> Result<Converted, String> {
     let entry = request.entry;
-    let (scenario, mut done) = begun(request, with_ego, false)?;
+    let (scenario, mut done) = begun(request, scenario, ego, false)?;
     let (bytes, lost) = write_2018b(&scenario).map_err(|error| error.to_string())?;
     done.add(request.file.map(Path::to_path_buf), bytes);
     done.said.extend(read_in_words(entry, &scenario));
@@ -165,19 +168,19 @@ fn as_it_is(entry: &Entry, scenario: &Scenario, ego: &Ego) -> Option<Vec<u8>> {
 /// One scenario, and what the formats cannot say of it.
 pub(super) fn openscenario(
     request: &ConvertRequest<'_>,
-    (scenario, ego): WithEgo,
+    scenario: Arc<Scenario>,
+    ego: Option<Ego>,
 ) -> Result<Converted, String> {
     let entry = request.entry;
     let roads = request.file.map(|path| path.with_extension(ROADS));
     let road_file = roads.as_deref().and_then(Path::file_name);
-    let road_file = road_file.unwrap_or_default().to_string_lossy().into_owned();
     let part = request.part.of(entry, scenario, ego, true)?;
     let exported = export_to_simulator(&ExportRequest {
         entry,
         scenario: &part.scenario,
         ego: part.ego.as_ref(),
         is_free: *request.ego == SimulatedEgo::Free,
-        road_file: &road_file,
+        road_file: &road_file.unwrap_or_default().to_string_lossy(),
     })?;
     let told = exported.notes.iter();
     let notes = told.map(|note| format!("{}: {note}", entry.name));
@@ -196,7 +199,8 @@ pub(super) fn openscenario(
 /// A scenario as tables of tracks.
 pub(super) fn tables(
     request: &ConvertRequest<'_>,
-    (scenario, ego): WithEgo,
+    scenario: Arc<Scenario>,
+    ego: Option<Ego>,
 ) -> Result<Converted, String> {
     let ConvertRequest { entry, file, .. } = *request;
     let ends = |ending| file.is_some_and(|file| ends_with(file, ending));

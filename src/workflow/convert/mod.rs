@@ -61,9 +61,6 @@ impl Converted {
     }
 }
 
-/// A scenario, and its ego where it has one.
-type WithEgo = (Arc<Scenario>, Option<Ego>);
-
 /// Reads a scenario and makes its files; none where `cancel` asked for an end. `settings` is how egos are planned.
 ///
 /// # Errors
@@ -76,8 +73,10 @@ pub fn convert(
     request.check()?;
     let ConvertRequest { entry, ego, .. } = *request;
     if request.target.has_ego() {
-        let with_ego = scene_to_export(entry, ego, &settings()?, cancel)?;
-        return with_ego.map_or_else(|| Ok(Converted::default()), |it| made(request, it));
+        return match scene_to_export(entry, ego, &settings()?, cancel)? {
+            Some((scenario, ego)) => made(request, scenario, ego),
+            None => Ok(Converted::default()),
+        };
     }
     let scenario = entry.read().map_err(|error| error.to_string())?;
     let mut unread = None;
@@ -85,7 +84,7 @@ pub fn convert(
         unread = Some(format!("{}: the ego is left out: {error}", entry.name));
         None
     });
-    let mut converted = made(request, (scenario, recorded))?;
+    let mut converted = made(request, scenario, recorded)?;
     converted.said.splice(0..0, unread);
     Ok(converted)
 }
@@ -101,18 +100,22 @@ pub fn convert_opened(
     ego: Option<Ego>,
 ) -> Result<Converted, String> {
     request.check()?;
-    let mut converted = made(request, (scenario, ego))?;
+    let mut converted = made(request, scenario, ego)?;
     let noted = format!("{}: {READING}", request.entry.name);
     converted.said.retain(|said| !said.starts_with(&noted));
     Ok(converted)
 }
 
-fn made(request: &ConvertRequest<'_>, with_ego: WithEgo) -> Result<Converted, String> {
+fn made(
+    request: &ConvertRequest<'_>,
+    scenario: Arc<Scenario>,
+    ego: Option<Ego>,
+) -> Result<Converted, String> {
     match request.target {
-        Target::CommonRoad => commonroad(request, with_ego),
-        Target::CommonRoad2018b => commonroad_2018b(request, with_ego),
-        Target::OpenScenario => openscenario(request, with_ego),
-        Target::Tracks | Target::Interaction | Target::HighD => tables(request, with_ego),
+        Target::CommonRoad => commonroad(request, scenario, ego),
+        Target::CommonRoad2018b => commonroad_2018b(request, scenario, ego),
+        Target::OpenScenario => openscenario(request, scenario, ego),
+        Target::Tracks | Target::Interaction | Target::HighD => tables(request, scenario, ego),
     }
 }
 
