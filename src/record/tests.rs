@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use crate::table::Kind;
 use crate::{
-    CaptionedTable, Format, Record, Table, TableWriter, columns, columns_of, json_line, row, rows,
-    schema, text_table, titled,
+    CaptionedTable, Cell, Clock, Column, Format, Record, Table, TableWriter, columns, columns_of,
+    json_line, row, rows, schema, text_table, titled,
 };
 
 /// A noun with every type of field.
@@ -167,6 +167,65 @@ fn parquet_has_the_types_of_the_fields() {
     let row = reader.get_row_iter(None).expect("rows").next();
     let row = row.expect("a row").expect("readable").to_string();
     assert!(row.contains("deceleration: 3.25"), "{row}");
+}
+
+#[test]
+fn arrow_has_durations_units_and_gaps() {
+    use arrow_array::Array;
+    use arrow_array::cast::AsArray;
+    use arrow_array::types::{DurationMicrosecondType, Float64Type};
+    let mut table = Table::new(
+        "measures",
+        vec![
+            Column::clock("time", "since step 0"),
+            Column::new("ttc", Kind::Number, "s", "Hayward").optional(),
+        ],
+    )
+    .with_reasons();
+    table.metadata.push(("version", "1".into()));
+    let rows = vec![
+        vec![Cell::Number(1.2), Cell::Infinite("parallel")],
+        vec![Cell::Number(1.3), Cell::None("no contact")],
+    ];
+    let encoded = table.encode(Format::Arrow, rows.clone());
+    let mut writer = TableWriter::begin(Vec::new(), Format::Arrow, &table).expect("a stream");
+    writer.write(encoded).expect("room");
+    let bytes = writer.finish().expect("room");
+    let mut reader = arrow_ipc::reader::StreamReader::try_new(&*bytes, None).expect("a stream");
+    let schema = reader.schema();
+    assert_eq!(
+        schema
+            .metadata()
+            .get("nearmiss.version")
+            .map(String::as_str),
+        Some("1")
+    );
+    let ttc = schema.field(1);
+    assert_eq!(ttc.metadata().get("unit").map(String::as_str), Some("s"));
+    assert_eq!(
+        ttc.metadata().get("description").map(String::as_str),
+        Some("Hayward")
+    );
+    let batch = reader.next().expect("a batch").expect("readable");
+    let times = batch.column(0).as_primitive::<DurationMicrosecondType>();
+    assert_eq!(times.values(), &[1_200_000, 1_300_000]);
+    let ttc = batch.column(1).as_primitive::<Float64Type>();
+    assert!(ttc.value(0) == f64::INFINITY && ttc.is_null(1));
+    assert_eq!(batch.column(2).as_string::<i32>().value(1), "no contact");
+    assert!(reader.next().is_none());
+    // Parquet has no durations.
+    assert_eq!(
+        table.arrow_schema(Clock::Seconds).field(0).data_type(),
+        &arrow_schema::DataType::Float64
+    );
+    // A gap where none may be is an error, not a shorter column.
+    let mut gap = rows;
+    gap[0][0] = Cell::None("");
+    assert!(
+        table
+            .arrow_batch(&table.arrow_schema(Clock::Durations), gap)
+            .is_err()
+    );
 }
 
 /// A noun that stands in several tables of a document.

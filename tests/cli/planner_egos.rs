@@ -169,7 +169,7 @@ fn drives_are_exported_as_tables() {
     let unknown = home
         .run(&["plan", CUT_IN, "--table", "drives.xls"])
         .status(2);
-    unknown.says(&["known are .csv, .json, .jsonl and .parquet"]);
+    unknown.says(&["known are .csv, .json, .jsonl, .ndjson, .parquet and .arrow"]);
 }
 
 #[test]

@@ -14,8 +14,8 @@ use crate::files::Labels;
 use crate::many_files::RunJournal;
 use crate::output::Align::{Left, Right};
 use crate::output::{
-    self, Cell, Column, ForSpreadsheet, Format, Kind, Row, Table, TableWriter, Target, counted,
-    line,
+    self, Cell, Column, ForSpreadsheet, Format, Kind, Row, Table, TableFormat, TableWriter, Target,
+    counted, line,
 };
 use crate::{Failure, Outcome};
 
@@ -269,14 +269,6 @@ fn figures(drive: &DriveRecord) -> [String; 4] {
     ]
 }
 
-/// What the endings of names ask for.
-const ENDINGS: &[(&str, Format)] = &[
-    ("csv", Format::Csv),
-    ("json", Format::Json),
-    ("jsonl", Format::Json),
-    ("parquet", Format::Parquet),
-];
-
 /// The columns of drives, and behind them one for each rule with what became of it.
 fn columns() -> Vec<Column> {
     let rules = Rule::ALL.iter().map(|rule| Column {
@@ -312,12 +304,14 @@ impl Export {
             spreadsheet.check(false)?;
             return Ok(None);
         };
-        let format = output::format_of_name(file, ENDINGS).ok_or_else(|| {
+        let format = output::format_of_name(file, TableFormat::ENDINGS).ok_or_else(|| {
             Failure::input(format!(
-                "--table {}: unknown file extension; known are .csv, .json, .jsonl and .parquet",
-                file.display()
+                "--table {}: unknown file extension; known are {}",
+                file.display(),
+                TableFormat::KNOWN
             ))
         })?;
+        let format = Format::from(format);
         spreadsheet.check(format == Format::Csv)?;
         let run_folder = run.folder().filter(|_| !overwrite && file.exists());
         if let Some(folder) = run_folder.filter(|_| !run.wrote_table(file)) {
