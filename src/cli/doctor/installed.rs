@@ -75,8 +75,7 @@ fn is_of_wheel(program: &Path) -> bool {
 fn found(folder: &Path, begin: &str, end: &str) -> Vec<PathBuf> {
     let entries = folder.read_dir().into_iter().flatten().flatten();
     let named = entries.filter(|entry| {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
+        let name = entry.file_name().to_string_lossy().into_owned();
         name.starts_with(begin) && name.ends_with(end)
     });
     named.map(|entry| entry.path()).collect()
@@ -86,8 +85,8 @@ fn is_of_debian(program: &Path, root: &Path) -> bool {
     let Ok(program) = program.strip_prefix(root) else {
         return false;
     };
-    let files = text(&root.join("var/lib/dpkg/info/nearmiss.list"));
-    let mut files = files.lines().map(|line| line.trim_start_matches('/'));
+    let list = text(&root.join("var/lib/dpkg/info/nearmiss.list"));
+    let mut files = list.lines().map(|line| line.trim_start_matches('/'));
     files.any(|file| Path::new(file) == program)
 }
 
