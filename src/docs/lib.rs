@@ -104,7 +104,7 @@ topics! {
     configuration, "configuration", "configuration.md", ["doctor", "config"],
         "Configuration and data folders, every key of config.toml, keys and keymaps";
     command_line, "command-line", "command-line.md", ["completions"],
-        "Input, output, exit status, interruption, crashes";
+        "Installing, input, output, exit status, interruption, crashes";
     json, "json", "json.md", [],
         "JSON of every command: one vocabulary of keys, versions, schemas";
     glossary, "glossary", "glossary.md", [],

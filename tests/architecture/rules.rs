@@ -56,8 +56,8 @@ const HOMES: [(&str, &[&str]); 31] = [
     ("i_overlay", &["base/geometry/"]),
     ("petgraph", &["scene/scenario/road/"]),
     ("shell_words", &["drive/simulation/external/"]),
-    ("tar", &["workflow/bundle/"]),
-    // Bundles, answers that a server packs unasked, images for kitty, and tables of tracks.
+    ("tar", &["workflow/bundle/", "release/"]),
+    // Bundles, answers that a server packs unasked, images for kitty, tables of tracks, and releases.
     (
         "flate2",
         &[
@@ -65,6 +65,7 @@ const HOMES: [(&str, &[&str]); 31] = [
             "ask/llm/body_text.rs",
             "tui/pixels/kitty.rs",
             "formats/recordings/tracks/",
+            "release/",
         ],
     ),
     (

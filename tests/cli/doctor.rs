@@ -18,6 +18,7 @@ fn a_fresh_home_has_no_problems_and_nothing_is_made() {
     let ended = home.run(&["doctor"]).status(0);
     for words in [
         "nearmiss 0.",
+        "comes from a build and is not installed",
         "reference/geometry",
         "runs.sqlite yet",
         "the default keys",
@@ -32,6 +33,7 @@ fn a_fresh_home_has_no_problems_and_nothing_is_made() {
     assert_eq!(std::fs::read_dir(home.data()).unwrap().count(), 0);
     let json = home.run(&["doctor", "--format=json"]).status(0);
     assert!(findings(&json.stdout).len() > 10);
+    assert!(json.stdout.contains("\"installed\":\"build\""));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `nearmiss doctor`: checks everything the program needs, files and store first, and says how to fix what is wrong.
 
+mod installed;
 mod surroundings;
 
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ use strum::{IntoStaticStr, VariantArray};
 
 use super::open::user_thresholds;
 use super::{Failure, Outcome, Workbench, json, output};
+use installed::Installed;
 
 /// Arguments of `doctor`.
 #[derive(Debug, clap::Args)]
@@ -51,6 +53,8 @@ struct Finding {
 pub struct Document {
     /// Version of nearmiss.
     version: &'static str,
+    /// How it was installed: wheel, debian, cargo, build, container or copy; null if its file is not found.
+    installed: Option<Installed>,
     /// Findings: area, state (ok, warning, problem), what and todo.
     findings: Vec<Finding>,
     /// Number of warnings.
@@ -100,6 +104,13 @@ impl Finding {
 /// Runs `doctor`.
 pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
     let mut found = vec![program()];
+    let file = std::env::current_exe().ok();
+    let installed = file.as_ref().map(|file| {
+        let installed = Installed::of(file, Path::new("/"));
+        let words = format!("{} {}", file.display(), installed.words());
+        found.push(Finding::ok("program", words));
+        installed
+    });
     found.extend(surroundings::check_terminal(&(workbench.terminal)()));
     match Folders::find() {
         Ok(folders) => {
@@ -124,6 +135,7 @@ pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
     if arguments.format.is_json() {
         output::document(&Document {
             version: env!("CARGO_PKG_VERSION"),
+            installed,
             findings: found.clone(),
             warnings,
             problems,
