@@ -102,7 +102,7 @@ impl Reader {
 }
 
 /// The entry that a path means, if it is one scenario.
-fn entry(path: &PathBuf) -> Result<Entry, Problem> {
+fn entry(path: &Path) -> Result<Entry, Problem> {
     let file = nearmiss_formats::only_part(&resolved(path)?);
     if file.is_dir() {
         return Err(Problem::new(format!(
