@@ -141,16 +141,18 @@ pub fn attack(
     };
     let asked = attackers.map(|n| of("attackers", attacker_count(&n.to_string())));
     let (asked, usual) = (asked.transpose()?, user.config.attackers);
-    let mut effort = Effort::default();
-    effort.together = attackers_together(asked, only.len(), usual, ("attackers=", "attacker"))
+    let together = attackers_together(asked, only.len(), usual, ("attackers=", "attacker"))
         .map_err(Problem::new)?;
-    if let Some(n) = candidates {
-        effort.candidates = of("candidates", candidate_count(&n.to_string()))?;
-    }
-    if let Some(seconds) = survive {
-        effort.delay = of("survive", reaction_time(&seconds.to_string()))?;
-    }
-    effort.seed = seed.unwrap_or(effort.seed);
+    let candidates = candidates.map(|n| of("candidates", candidate_count(&n.to_string())));
+    let delay = survive.map(|seconds| of("survive", reaction_time(&seconds.to_string())));
+    let usual = Effort::default();
+    let effort = Effort {
+        candidates: candidates.transpose()?.unwrap_or(usual.candidates),
+        seed: seed.unwrap_or(usual.seed),
+        delay: delay.transpose()?.unwrap_or(usual.delay),
+        together,
+        ..usual
+    };
     let style = style.map(|word| of("style", word.parse::<AttackStyle>()));
     let request = AttackRequest {
         settings: Settings {
