@@ -4,13 +4,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use nearmiss_formats::{Entry, track_table};
-use nearmiss_render::{Figure as Drawing, FigureContent, FigureOptions, Format, Palette, Subject};
+use nearmiss_render::{Figure as Drawing, FigureContent, FigureOptions, Format, Subject};
 use nearmiss_scene::corpus::IndexOptions;
 use nearmiss_scene::metrics::{Context, Measure, Thresholds, measure};
 use nearmiss_scene::scenario::{Scenario as Recorded, Scene};
 use nearmiss_scene::story::Story;
 use nearmiss_workflow::tables::{
-    RowFile, default_index_options, exact_columns, exact_rows, index_table, lane_table,
+    RowFile, default_index_options, exact_columns, exact_rows, in_order, index_table, lane_table,
     measure_table, window_rows,
 };
 use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, SimulatedEgo, Verdicts};
@@ -19,7 +19,7 @@ use pyo3::types::PyDict;
 use tempfile::TempDir;
 
 use crate::errors::Problem;
-use crate::settings::named_measures;
+use crate::settings::{User, named_measures};
 use crate::table::Table;
 use crate::window::{Moment, Named, Window, description, json};
 use crate::work;
@@ -294,7 +294,7 @@ impl Scenario {
     ) -> PyResult<Figure> {
         let mut look = FigureOptions {
             ego_up,
-            ..FigureOptions::default()
+            ..User::read()?.look()
         };
         if let Some(names) = plot {
             self.scene()?;
@@ -320,9 +320,9 @@ impl Scenario {
 
     /// A page that plays the scenario in a browser, as HTML.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
-        let own = self.clone();
+        let (own, user) = (self.clone(), User::read()?);
         let page = work::run(py, move |_| {
-            let mut look = FigureOptions::default();
+            let mut look = user.look();
             let mut told = Vec::new();
             if let Ok(scene) = &own.opened {
                 look.what = FigureContent::Both;
@@ -338,7 +338,7 @@ impl Scenario {
                     .collect();
             }
             let figure = own.drawing(look)?;
-            Ok::<_, Problem>(figure.page(figure.telling_step(), &Palette::paper(), &told))
+            Ok::<_, Problem>(figure.page(figure.telling_step(), &user.dark()?, &told))
         })?;
         Ok(page?)
     }
@@ -436,7 +436,10 @@ pub fn index_options(
         stride: stride.unwrap_or(usual.stride),
         radius: radius.unwrap_or(usual.radius),
         measures: match measures {
-            Some(names) => named_measures(Some(names))?,
+            Some(names) => {
+                let named = named_measures(Some(names))?;
+                in_order(&named.iter().map(|m| m.id).collect::<Vec<_>>())
+            }
             None => usual.measures,
         },
     })
