@@ -13,7 +13,7 @@ use nearmiss_workflow::variant::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::Problem;
+use crate::errors::{Problem, of_keyword};
 use crate::plan::{Chosen, Planner, planning};
 use crate::scenario::Scenario;
 use crate::settings::User;
@@ -139,12 +139,12 @@ pub fn attack(
         Some(Attackers::One(id)) => vec![id],
         Some(Attackers::Many(ids)) => distinct_attackers(&ids),
     };
-    let asked = attackers.map(|n| of("attackers", attacker_count(&n.to_string())));
+    let asked = attackers.map(|n| of_keyword("attackers", attacker_count(&n.to_string())));
     let (asked, usual) = (asked.transpose()?, user.config.attackers);
     let together = attackers_together(asked, only.len(), usual, ("attackers=", "attacker"))
         .map_err(Problem::new)?;
-    let candidates = candidates.map(|n| of("candidates", candidate_count(&n.to_string())));
-    let delay = survive.map(|seconds| of("survive", reaction_time(&seconds.to_string())));
+    let candidates = candidates.map(|n| of_keyword("candidates", candidate_count(&n.to_string())));
+    let delay = survive.map(|seconds| of_keyword("survive", reaction_time(&seconds.to_string())));
     let usual = Effort::default();
     let effort = Effort {
         candidates: candidates.transpose()?.unwrap_or(usual.candidates),
@@ -153,7 +153,7 @@ pub fn attack(
         together,
         ..usual
     };
-    let style = style.map(|word| of("style", word.parse::<AttackStyle>()));
+    let style = style.map(|word| of_keyword("style", word.parse::<AttackStyle>()));
     let request = AttackRequest {
         settings: Settings {
             traffic: TrafficMode::Recorded,
@@ -165,7 +165,7 @@ pub fn attack(
             .or(user.config.attack_style)
             .unwrap_or_default(),
         only,
-        wish: { wish.map(|words| of("wish", words.parse::<Wish>())) }.transpose()?,
+        wish: { wish.map(|words| of_keyword("wish", words.parse::<Wish>())) }.transpose()?,
     };
     let own = scenario.clone();
     let made = work::run(py, move |cancel| made(&own, problem, &request, cancel));
@@ -176,11 +176,6 @@ pub fn attack(
         chosen.calls.check()?;
     }
     Ok(vec![made?])
-}
-
-/// A value, or what is wrong with the keyword.
-fn of<T>(keyword: &str, read: Result<T, impl std::fmt::Display>) -> Result<T, Problem> {
-    read.map_err(|why| Problem::new(format!("{keyword}: {why}")))
 }
 
 fn made(

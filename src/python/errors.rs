@@ -28,6 +28,11 @@ impl Problem {
     }
 }
 
+/// What a keyword says, or its name and what is wrong with it.
+pub fn of_keyword<T>(keyword: &str, read: Result<T, impl std::fmt::Display>) -> Result<T, Problem> {
+    read.map_err(|why| Problem::new(format!("{keyword}: {why}")))
+}
+
 impl From<String> for Problem {
     fn from(said: String) -> Self {
         Self::new(said)

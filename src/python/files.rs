@@ -175,9 +175,8 @@ fn found(py: Python<'_>, _reader: &Reader, paths: Paths) -> PyResult<Vec<Entry>>
         Paths::Many(paths) => paths,
     };
     let found = work::run(py, move |_| {
-        let resolved = paths.iter().map(|path| resolved(path));
-        let resolved = resolved.collect::<Result<Vec<_>, _>>()?;
-        find(&resolved).map_err(Problem::new)
+        let known = paths.iter().map(|path| resolved(path));
+        find(&known.collect::<Result<Vec<_>, _>>()?).map_err(Problem::new)
     })??;
     if let Some(words) = found.passed_over_in_short() {
         warn(py, &words)?;

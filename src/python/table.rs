@@ -45,8 +45,11 @@ impl Table {
 
     /// Tables of the same columns below each other; nothing of none.
     pub fn joined(parts: Vec<Self>, schema: SchemaRef) -> Self {
-        let batches = parts.into_iter().flat_map(|part| part.batches).collect();
-        Self { schema, batches }
+        let all = parts.into_iter().flat_map(|part| part.batches);
+        Self {
+            batches: all.collect(),
+            schema,
+        }
     }
 
     /// Everything that a Python object streams.
@@ -125,8 +128,8 @@ fn reader(object: &Bound<'_, PyAny>) -> PyResult<RecordBatchStreamReader> {
             object.get_type().name()?
         )));
     };
-    let capsule = source.call_method0("__arrow_c_stream__")?;
-    let capsule = capsule.cast::<PyCapsule>()?;
+    let given = source.call_method0("__arrow_c_stream__")?;
+    let capsule = given.cast::<PyCapsule>()?;
     let pointer = capsule.pointer_checked(Some(STREAM))?;
     // SAFETY: the capsule has this name, so it holds a stream of Arrow's C interface, which stays there as long as the
     // capsule. `from_raw` moves the stream out and leaves a released one behind, as the interface asks of consumers.

@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
-use crate::errors::Problem;
+use crate::errors::{Problem, of_keyword};
 use crate::scenario::Scenario;
 use crate::settings::User;
 use crate::work;
@@ -132,13 +132,9 @@ impl Window {
     ) -> PyResult<Self> {
         let user = User::read()?;
         let set = set(&user, &["description"], settings)?;
-        let task: Task = task
-            .parse()
-            .map_err(|why| Problem::new(format!("task: {why}")))?;
-        let frame = frame.map(str::parse).transpose();
-        let frame = frame.map_err(|why| Problem::new(format!("frame: {why}")))?;
-        let techniques = techniques.map(Techniques::parse).transpose();
-        let techniques = techniques.map_err(|why| Problem::new(format!("techniques: {why}")))?;
+        let task: Task = of_keyword("task", task.parse())?;
+        let frame = of_keyword("frame", frame.map(str::parse).transpose())?;
+        let techniques = of_keyword("techniques", techniques.map(Techniques::parse).transpose())?;
         let (span, scene) = (named.span()?, Arc::clone(scenario.scene()?));
         let name = scenario.entry.name.clone();
         let thresholds = (*scenario.thresholds).clone();
@@ -172,9 +168,7 @@ pub fn description(
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<String> {
     let set = set(&User::read()?, &["description"], settings)?;
-    let frame = frame
-        .parse()
-        .map_err(|why| Problem::new(format!("frame: {why}")))?;
+    let frame = of_keyword("frame", frame.parse())?;
     let (span, scene) = (named.span()?, Arc::clone(scenario.scene()?));
     let thresholds = Arc::clone(&scenario.thresholds);
     let told = work::run(py, move |_| {
