@@ -13,6 +13,7 @@ use nearmiss_workflow::variant::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::arguments::Obstacles;
 use crate::errors::{Problem, of_keyword};
 use crate::plan::{Chosen, Planner, planning};
 use crate::scenario::Scenario;
@@ -85,15 +86,6 @@ impl Variant {
     }
 }
 
-/// Obstacles as Python names them.
-#[derive(FromPyObject)]
-pub enum Attackers {
-    /// One.
-    One(i64),
-    /// Several.
-    Many(Vec<i64>),
-}
-
 /// Makes the scenario dangerous, as `nearmiss generate` does: changes the motion of others until the ego, which replans, comes
 /// to harm, and an ideal driver does not. A list, so far of one variant; it says so itself where nothing was found.
 ///
@@ -111,7 +103,7 @@ pub enum Attackers {
 pub fn attack(
     py: Python<'_>,
     scenario: &Scenario,
-    attacker: Option<Attackers>,
+    attacker: Option<Obstacles>,
     wish: Option<&str>,
     attackers: Option<usize>,
     candidates: Option<usize>,
@@ -136,8 +128,8 @@ pub fn attack(
     let chosen = Chosen::new(planner, &user, planning.timeout)?;
     let only = match attacker {
         None => Vec::new(),
-        Some(Attackers::One(id)) => vec![id],
-        Some(Attackers::Many(ids)) => distinct_attackers(&ids),
+        Some(Obstacles::One(id)) => vec![id],
+        Some(Obstacles::Many(ids)) => distinct_attackers(&ids),
     };
     let asked = attackers.map(|n| of_keyword("attackers", attacker_count(&n.to_string())));
     let (asked, usual) = (asked.transpose()?, user.config.attackers);

@@ -12,7 +12,7 @@ use nearmiss_store::Store;
 use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, Subject, TimeOrigin, checked};
 use nearmiss_study::evaluation::{AttackTerms, Question, RunOptions, validate};
-use nearmiss_workflow::span::{At, Span};
+use nearmiss_workflow::span::Span;
 use nearmiss_workflow::{
     AskDocument, AskRequest, Models, QuestionRequest, Server, ask as ask_model,
     configured_experiment, described, question,
@@ -21,6 +21,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
+use crate::arguments::Moment;
 use crate::errors::{Problem, of_keyword};
 use crate::scenario::Scenario;
 use crate::settings::User;
@@ -75,29 +76,6 @@ impl Window {
             case.name,
             case.task.name()
         )
-    }
-}
-
-/// A moment as Python names it: a step, a duration, or "worst".
-#[derive(FromPyObject)]
-pub enum Moment {
-    /// A time step.
-    Step(i64),
-    /// A `datetime.timedelta`.
-    Time(std::time::Duration),
-    /// `worst`, `worst:ttc`, or `3.2s`.
-    Named(String),
-}
-
-impl Moment {
-    fn at(self) -> Result<At, Problem> {
-        Ok(match self {
-            Self::Step(step) => At::Step(step),
-            Self::Time(time) => At::Seconds(time.as_secs_f64()),
-            Self::Named(word) => word
-                .parse()
-                .map_err(|why| Problem::new(format!("at: {why}")))?,
-        })
     }
 }
 
@@ -208,7 +186,9 @@ pub fn prompt<'py>(py: Python<'py>, window: &Window) -> PyResult<Bound<'py, PyAn
     json(py, &window.question.messages())
 }
 
-/// The built-in judge's verdict on a window, from exact geometry: a dict with `dangerous`, `obstacles` and `justification`.
+/// The built-in judge's verdict on a window, from exact geometry: a dict with `dangerous`, `obstacles` (id, risk_score from 0
+/// to 5, reason), `critical_obstacles`, `probability` and `justification`; beside `dangerous` stands the word of the task:
+/// `collision`, `safety_critical` or `high_risk`.
 ///
 /// The tasks attacker and trajectory have no verdict.
 #[pyfunction]
@@ -221,7 +201,16 @@ pub fn judge<'py>(py: Python<'py>, window: &Window) -> PyResult<Bound<'py, PyAny
             window.task()
         ))
     })?;
-    json(py, &ParsedAnswer::Verdict(verdict))
+    said(py, &ParsedAnswer::Verdict(verdict))
+}
+
+/// What an answer says; of a verdict whether that is dangerous, too, whatever the task calls it.
+fn said<'py>(py: Python<'py>, answer: &ParsedAnswer) -> PyResult<Bound<'py, PyAny>> {
+    let made = json(py, answer)?;
+    if let Some(verdict) = answer.verdict() {
+        made.set_item("dangerous", verdict.dangerous)?;
+    }
+    Ok(made)
 }
 
 /// The verdict that an answer to a window's question states, as a dict: for answers that come from elsewhere.
@@ -234,7 +223,7 @@ pub fn read_verdict<'py>(
     answer: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let reading = verdict::read(window.question.case.task, answer);
-    json(py, &reading.map_err(Problem::new)?.said)
+    said(py, &reading.map_err(Problem::new)?.said)
 }
 
 /// A model's answer about a window: a dict with `verdict`, `reasoning`, `answer`, tokens and cost, as `nearmiss ask --format json`.
@@ -329,8 +318,9 @@ async fn asked_to_end(cancel: &Cancel) {
     }
 }
 
-/// Checks what a text claims about a scene: a list of dicts with `text`, `outcome` (right, wrong or open), `kind`, `obstacle`,
-/// `step`, `stated`, `actual`, `unit` and `truth` in words.
+/// Checks what a text claims about a scene: a list of dicts with `text` (where the value stands), `outcome` (right, wrong or
+/// open), `why` an open one cannot be decided, `kind`, `obstacle`, `step`, `stated`, `actual`, `unit` and `truth` in words.
+/// Sentences about obstacles that the scenario does not have, and those that are not understood, are not in it.
 ///
 /// text: the reasoning of a model, or anyone's. window: what the text is about, as steps (first, last) or a Window; times and
 /// "now" are read by it.
