@@ -20,7 +20,7 @@ pub use library::{Entry, EntryLocation, bundled, resolved};
 pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
 pub use recordings::{
     Columns, ColumnsError, Forecast, LONGEST_PLAY, LongRecording, NamedTable, Player, RankedMoment,
-    TableOptions, check_table_options, look_for_maps_in, play_with, read_forecasts,
+    TableOptions, check_table, check_table_options, look_for_maps_in, play_with, read_forecasts,
     read_tables_with, reading_tables_with, usual_table_options,
 };
 pub use search::{

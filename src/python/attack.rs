@@ -13,7 +13,8 @@ use nearmiss_workflow::variant::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::Problem;
+use crate::arguments::Obstacles;
+use crate::errors::{Problem, of_keyword};
 use crate::plan::{Chosen, Planner, planning};
 use crate::scenario::Scenario;
 use crate::settings::User;
@@ -85,15 +86,6 @@ impl Variant {
     }
 }
 
-/// Obstacles as Python names them.
-#[derive(FromPyObject)]
-pub enum Attackers {
-    /// One.
-    One(i64),
-    /// Several.
-    Many(Vec<i64>),
-}
-
 /// Makes the scenario dangerous, as `nearmiss generate` does: changes the motion of others until the ego, which replans, comes
 /// to harm, and an ideal driver does not. A list, so far of one variant; it says so itself where nothing was found.
 ///
@@ -111,7 +103,7 @@ pub enum Attackers {
 pub fn attack(
     py: Python<'_>,
     scenario: &Scenario,
-    attacker: Option<Attackers>,
+    attacker: Option<Obstacles>,
     wish: Option<&str>,
     attackers: Option<usize>,
     candidates: Option<usize>,
@@ -136,22 +128,24 @@ pub fn attack(
     let chosen = Chosen::new(planner, &user, planning.timeout)?;
     let only = match attacker {
         None => Vec::new(),
-        Some(Attackers::One(id)) => vec![id],
-        Some(Attackers::Many(ids)) => distinct_attackers(&ids),
+        Some(Obstacles::One(id)) => vec![id],
+        Some(Obstacles::Many(ids)) => distinct_attackers(&ids),
     };
-    let asked = attackers.map(|n| of("attackers", attacker_count(&n.to_string())));
+    let asked = attackers.map(|n| of_keyword("attackers", attacker_count(&n.to_string())));
     let (asked, usual) = (asked.transpose()?, user.config.attackers);
-    let mut effort = Effort::default();
-    effort.together = attackers_together(asked, only.len(), usual, ("attackers=", "attacker"))
+    let together = attackers_together(asked, only.len(), usual, ("attackers=", "attacker"))
         .map_err(Problem::new)?;
-    if let Some(n) = candidates {
-        effort.candidates = of("candidates", candidate_count(&n.to_string()))?;
-    }
-    if let Some(seconds) = survive {
-        effort.delay = of("survive", reaction_time(&seconds.to_string()))?;
-    }
-    effort.seed = seed.unwrap_or(effort.seed);
-    let style = style.map(|word| of("style", word.parse::<AttackStyle>()));
+    let candidates = candidates.map(|n| of_keyword("candidates", candidate_count(&n.to_string())));
+    let delay = survive.map(|seconds| of_keyword("survive", reaction_time(&seconds.to_string())));
+    let usual = Effort::default();
+    let effort = Effort {
+        candidates: candidates.transpose()?.unwrap_or(usual.candidates),
+        seed: seed.unwrap_or(usual.seed),
+        delay: delay.transpose()?.unwrap_or(usual.delay),
+        together,
+        ..usual
+    };
+    let style = style.map(|word| of_keyword("style", word.parse::<AttackStyle>()));
     let request = AttackRequest {
         settings: Settings {
             traffic: TrafficMode::Recorded,
@@ -163,7 +157,7 @@ pub fn attack(
             .or(user.config.attack_style)
             .unwrap_or_default(),
         only,
-        wish: { wish.map(|words| of("wish", words.parse::<Wish>())) }.transpose()?,
+        wish: { wish.map(|words| of_keyword("wish", words.parse::<Wish>())) }.transpose()?,
     };
     let own = scenario.clone();
     let made = work::run(py, move |cancel| made(&own, problem, &request, cancel));
@@ -174,11 +168,6 @@ pub fn attack(
         chosen.calls.check()?;
     }
     Ok(vec![made?])
-}
-
-/// A value, or what is wrong with the keyword.
-fn of<T>(keyword: &str, read: Result<T, impl std::fmt::Display>) -> Result<T, Problem> {
-    read.map_err(|why| Problem::new(format!("{keyword}: {why}")))
 }
 
 fn made(

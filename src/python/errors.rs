@@ -23,9 +23,47 @@ pub struct Problem {
 impl Problem {
     /// A problem in words.
     pub fn new(said: impl std::fmt::Display) -> Self {
-        let (said, place) = (said.to_string(), None);
-        Self { said, place }
+        Self {
+            said: in_python(&said.to_string()),
+            place: None,
+        }
     }
+
+    /// The same without the folder of a table that was in memory.
+    pub fn without_folder(mut self, folder: &std::path::Path) -> Self {
+        let folder = format!("{}/", folder.display());
+        self.said = self.said.replace(&folder, "");
+        self.place = self
+            .place
+            .map(|(file, line)| (file.replace(&folder, ""), line));
+        self
+    }
+}
+
+/// What a keyword says, or its name and what is wrong with it.
+pub fn of_keyword<T>(keyword: &str, read: Result<T, impl std::fmt::Display>) -> Result<T, Problem> {
+    read.map_err(|why| Problem::new(format!("{keyword}: {why}")))
+}
+
+/// Words about options of the command line as words about keywords.
+pub fn in_python(said: &str) -> String {
+    const OPTIONS: [(&str, &str); 10] = [
+        ("--map FILE", "map=FILE"),
+        ("--rate HZ", "rate=HZ"),
+        ("--columns ROLE=COLUMN", "columns=\"ROLE=COLUMN\""),
+        ("--columns", "columns="),
+        ("--ego ID", "ego=ID"),
+        ("--obstacle ID", "obstacle=ID"),
+        ("--task ", "task="),
+        ("--set ", ""),
+        ("--history", "history="),
+        ("--at", "at="),
+    ];
+    let mut said = said.to_string();
+    for (option, keyword) in OPTIONS {
+        said = said.replace(option, keyword);
+    }
+    said
 }
 
 impl From<String> for Problem {
@@ -37,7 +75,7 @@ impl From<String> for Problem {
 impl From<ReadError> for Problem {
     fn from(error: ReadError) -> Self {
         Self {
-            said: error.to_string(),
+            said: in_python(&error.to_string()),
             place: Some((error.file, error.line)),
         }
     }

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Once};
 
 use nearmiss_drive::planner::Cancel;
-use nearmiss_formats::{EgoSelection, Entry, TableOptions, bundled, reading_tables_with, resolved};
+use nearmiss_formats::{
+    EgoSelection, Entry, TableOptions, bundled, check_table, reading_tables_with, resolved,
+};
 use nearmiss_record::{Clock, Row, columns, row_of};
 use nearmiss_workflow::tables::{index_table, meanings};
 use nearmiss_workflow::{
@@ -15,20 +17,12 @@ use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::errors::{Error, Problem};
+use crate::arguments::{Ego, Names, Paths};
+use crate::errors::{Error, Problem, in_python};
 use crate::scenario::{Scenario, index_options, measures_of};
 use crate::settings::{User, named_measures};
 use crate::table::Table;
 use crate::work;
-
-/// An ego as Python names it.
-#[derive(FromPyObject, Clone)]
-pub enum Ego {
-    /// Id of an obstacle.
-    Id(i64),
-    /// A file with its trajectory, `FILE#ID`, or `planner`.
-    Named(PathBuf),
-}
 
 /// What holds for all files of a call.
 struct Reader {
@@ -57,9 +51,14 @@ impl Reader {
 
     /// The scenario of an entry with its ego.
     fn open(&self, entry: &Entry) -> Result<Scenario, Problem> {
+        self.reading(|| self.opened(entry))
+    }
+
+    /// Reads tables as they are said to be.
+    fn reading<T>(&self, read: impl FnOnce() -> T) -> T {
         match &self.tables {
-            None => self.opened(entry),
-            Some(tables) => reading_tables_with(tables.clone(), || self.opened(entry)),
+            None => read(),
+            Some(tables) => reading_tables_with(tables.clone(), read),
         }
     }
 
@@ -102,7 +101,7 @@ impl Reader {
 }
 
 /// The entry that a path means, if it is one scenario.
-fn entry(path: &PathBuf) -> Result<Entry, Problem> {
+fn entry(path: &Path) -> Result<Entry, Problem> {
     let file = nearmiss_formats::only_part(&resolved(path)?);
     if file.is_dir() {
         return Err(Problem::new(format!(
@@ -159,15 +158,6 @@ fn address(entry: &Entry) -> String {
     }
 }
 
-/// One path or many.
-#[derive(FromPyObject)]
-pub enum Paths {
-    /// A file or folder.
-    One(PathBuf),
-    /// Several.
-    Many(Vec<PathBuf>),
-}
-
 /// The entries at paths; what was passed over is a warning.
 fn found(py: Python<'_>, _reader: &Reader, paths: Paths) -> PyResult<Vec<Entry>> {
     let paths = match paths {
@@ -175,9 +165,8 @@ fn found(py: Python<'_>, _reader: &Reader, paths: Paths) -> PyResult<Vec<Entry>>
         Paths::Many(paths) => paths,
     };
     let found = work::run(py, move |_| {
-        let resolved = paths.iter().map(|path| resolved(path));
-        let resolved = resolved.collect::<Result<Vec<_>, _>>()?;
-        find(&resolved).map_err(Problem::new)
+        let known = paths.iter().map(|path| resolved(path));
+        find(&known.collect::<Result<Vec<_>, _>>()?).map_err(Problem::new)
     })??;
     if let Some(words) = found.passed_over_in_short() {
         warn(py, &words)?;
@@ -188,7 +177,8 @@ fn found(py: Python<'_>, _reader: &Reader, paths: Paths) -> PyResult<Vec<Entry>>
 /// Warns; Python shows the same warning of a line once.
 pub fn warn(py: Python<'_>, words: &str) -> PyResult<()> {
     let kind = py.get_type::<PyUserWarning>();
-    let words = std::ffi::CString::new(words.replace('\0', " ")).map_err(Problem::new)?;
+    let words = in_python(words).replace('\0', " ");
+    let words = std::ffi::CString::new(words).map_err(Problem::new)?;
     PyErr::warn(py, &kind, &words, 1)
 }
 
@@ -258,12 +248,12 @@ pub fn inspect(py: Python<'_>, paths: Paths) -> PyResult<Table> {
 pub fn measures(
     py: Python<'_>,
     paths: Paths,
-    names: Option<Vec<String>>,
+    names: Option<Names>,
     radius: Option<f64>,
     reasons: bool,
 ) -> PyResult<Table> {
     let reader = Reader::new(None, None, None, None)?;
-    let measures = named_measures(names.as_deref())?;
+    let measures = named_measures(names)?;
     let table = measures_of(&measures, &reader.user.thresholds, reasons);
     let entries = found(py, &reader, paths)?;
     let schema = table.arrow_schema(Clock::Durations);
@@ -282,10 +272,10 @@ pub fn windows(
     length: Option<f64>,
     stride: Option<f64>,
     radius: Option<f64>,
-    measures: Option<Vec<String>>,
+    measures: Option<Names>,
 ) -> PyResult<Table> {
     let reader = Reader::new(None, None, None, None)?;
-    let options = index_options(length, stride, radius, measures.as_deref())?;
+    let options = index_options(length, stride, radius, measures)?;
     let entries = found(py, &reader, paths)?;
     let schema = index_table(&options, &reader.user.thresholds).arrow_schema(Clock::Durations);
     let parts = of_each(py, reader, entries, move |scenario| {
@@ -336,7 +326,11 @@ pub fn of_bytes(
 impl Reader {
     /// The scenario of tracks in memory, which its folder holds as a file.
     fn tracks(&self, table: &Table, name: &str) -> Result<Scenario, Problem> {
-        self.in_memory(&format!("{name}.arrow"), |file| table.save(file))
+        self.in_memory(&format!("{name}.arrow"), |file| {
+            table.save(file)?;
+            // A table that is none of tracks is to be told what it lacks, not which files there are.
+            Ok(self.reading(|| check_table(file))?)
+        })
     }
 
     /// The scenario of a file that is written for it, and lasts as long as it does.
@@ -352,8 +346,8 @@ impl Reader {
         }
         let folder = tempfile::tempdir().map_err(Problem::new)?;
         let file = folder.path().join(name);
-        write(&file)?;
-        let opened = self.open(&Entry::of_file(&file))?;
+        let written = write(&file).and_then(|()| self.open(&Entry::of_file(&file)));
+        let opened = written.map_err(|problem| problem.without_folder(folder.path()))?;
         Ok(Scenario {
             folder: Some(Arc::new(folder)),
             ..opened
@@ -408,13 +402,13 @@ pub fn index_batch(
     length: Option<f64>,
     stride: Option<f64>,
     radius: Option<f64>,
-    measures: Option<Vec<String>>,
+    measures: Option<Names>,
     columns: Option<&str>,
     rate: Option<f64>,
     map: Option<PathBuf>,
 ) -> PyResult<Table> {
     let reader = Reader::new(None, columns, rate, map)?;
-    let options = index_options(length, stride, radius, measures.as_deref())?;
+    let options = index_options(length, stride, radius, measures)?;
     let schema = index_table(&options, &reader.user.thresholds).arrow_schema(Clock::Durations);
     let parts = Batch::new(batch)?.each(py, reader, move |scenario| scenario.index(&options))?;
     Ok(Table::joined(parts, schema))
@@ -426,14 +420,14 @@ pub fn index_batch(
 pub fn measure_batch(
     py: Python<'_>,
     batch: &Bound<'_, PyAny>,
-    names: Option<Vec<String>>,
+    names: Option<Names>,
     radius: Option<f64>,
     columns: Option<&str>,
     rate: Option<f64>,
     map: Option<PathBuf>,
 ) -> PyResult<Table> {
     let reader = Reader::new(None, columns, rate, map)?;
-    let measures = named_measures(names.as_deref())?;
+    let measures = named_measures(names)?;
     let table = measures_of(&measures, &reader.user.thresholds, false);
     let schema = table.arrow_schema(Clock::Durations);
     let parts = Batch::new(batch)?.each(py, reader, move |scenario| {

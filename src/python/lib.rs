@@ -1,5 +1,6 @@
 //! The Python module: the workflows as functions, tables as Arrow. It translates, and decides nothing.
 
+mod arguments;
 mod attack;
 mod errors;
 mod files;

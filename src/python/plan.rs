@@ -68,7 +68,8 @@ impl Drive {
 /// ...     ego, dt = message["ego"], message["hello"]["dt"]
 /// ...     way = [k * dt * ego["velocity"] for k in range(30)]
 /// ...     x, y = math.cos(ego["heading"]), math.sin(ego["heading"])
-/// ...     states = [{**ego, "x": ego["x"] + d * x, "y": ego["y"] + d * y} for d in way]
+/// ...     same = {"heading": ego["heading"], "velocity": ego["velocity"]}
+/// ...     states = [{"x": ego["x"] + d * x, "y": ego["y"] + d * y, **same} for d in way]
 /// ...     return {"type": "trajectory", "step": message["step"], "states": states}
 /// >>> nearmiss.plan(scenario, straight).record["outcome"]
 ///

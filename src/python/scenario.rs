@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use nearmiss_formats::{Entry, track_table};
-use nearmiss_render::{Figure as Drawing, FigureContent, FigureOptions, Format, Palette, Subject};
+use nearmiss_render::{Figure as Drawing, FigureContent, FigureOptions, Format, Subject};
 use nearmiss_scene::corpus::IndexOptions;
 use nearmiss_scene::metrics::{Context, Measure, Thresholds, measure};
 use nearmiss_scene::scenario::{Scenario as Recorded, Scene};
 use nearmiss_scene::story::Story;
+use nearmiss_workflow::span::worst_step;
 use nearmiss_workflow::tables::{
-    RowFile, default_index_options, exact_columns, exact_rows, index_table, lane_table,
+    RowFile, default_index_options, exact_columns, exact_rows, in_order, index_table, lane_table,
     measure_table, window_rows,
 };
 use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, SimulatedEgo, Verdicts};
@@ -18,10 +19,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tempfile::TempDir;
 
+use crate::arguments::{Moment, Names};
 use crate::errors::Problem;
-use crate::settings::named_measures;
+use crate::settings::{User, named_measures};
 use crate::table::Table;
-use crate::window::{Moment, Named, Window, description, json};
+use crate::window::{Named, Window, description, json};
 use crate::work;
 use crate::write;
 
@@ -175,11 +177,11 @@ impl Scenario {
     fn measures(
         &self,
         py: Python<'_>,
-        names: Option<Vec<String>>,
+        names: Option<Names>,
         radius: Option<f64>,
         reasons: bool,
     ) -> PyResult<Table> {
-        let measures = named_measures(names.as_deref())?;
+        let measures = named_measures(names)?;
         let table = measures_of(&measures, &self.thresholds, reasons);
         let own = self.clone();
         Ok(work::run(py, move |_| {
@@ -199,15 +201,16 @@ impl Scenario {
         length: Option<f64>,
         stride: Option<f64>,
         radius: Option<f64>,
-        measures: Option<Vec<String>>,
+        measures: Option<Names>,
     ) -> PyResult<Table> {
-        let options = index_options(length, stride, radius, measures.as_deref())?;
+        let options = index_options(length, stride, radius, measures)?;
         let own = self.clone();
         Ok(work::run(py, move |_| own.index(&options))??)
     }
 
-    /// The moment that matters, as a dict: `severity` from 0 (contact) to 5 (none), `moment` in seconds, `step`, `obstacle`,
-    /// `what` in words, `ttc`, `distance` and more: the row of `nearmiss inspect`.
+    /// The moment that matters, as a dict: `severity` from 0 (contact) to 5 (none), `moment` in seconds, `step`, `obstacle` and
+    /// `what` in words. `ttc` and `distance` are the lowest of the whole recording with anyone. The other keys are those of
+    /// `nearmiss.inspect`, whose `columns` explain them.
     fn worst<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.scene()?;
         let own = self.clone();
@@ -231,8 +234,8 @@ impl Scenario {
 
     /// A window of the scenario and what is asked about it, for `nearmiss.judge`, `prompt`, `ask` and `check`.
     ///
-    /// task: collision, safety, recording, attacker or trajectory. at: the last step of the window, a timedelta, or "worst";
-    /// None for the last step of the recording, two steps earlier for safety. history: steps in the window.
+    /// task: collision, safety, recording, attacker or trajectory. at: the end of the window: a time step, seconds, a timedelta
+    /// or "worst"; None for the last step of the recording, two steps earlier for safety. history: steps in the window.
     /// frame: ego, cartesian, metrics, trajectory or picture. techniques: such as "cp,cot,icl", "base" or "all".
     /// obstacle: the only obstacle that is described. More keywords are settings of the description, as of
     /// `nearmiss prompt show --set`: radius=30, form="compact", precision=2.
@@ -281,48 +284,43 @@ impl Scenario {
         )
     }
 
-    /// The map at a time step, and plots of measures below it; a notebook shows it.
+    /// The map at a moment, and plots of measures below it; a notebook shows it.
     ///
-    /// step: None for the moment that matters. plot: names of measures. ego_up: the ego drives upwards, not north.
-    #[pyo3(signature = (step=None, *, plot=None, ego_up=false))]
+    /// at: a time step, seconds, a timedelta or "worst"; None for the moment that matters. plot: names of measures. ego_up: the
+    /// ego drives upwards, not north.
+    #[pyo3(signature = (at=None, *, plot=None, ego_up=false))]
     fn figure(
         &self,
         py: Python<'_>,
-        step: Option<i64>,
-        plot: Option<Vec<String>>,
+        at: Option<Moment>,
+        plot: Option<Names>,
         ego_up: bool,
     ) -> PyResult<Figure> {
         let mut look = FigureOptions {
             ego_up,
-            ..FigureOptions::default()
+            ..User::read()?.look()
         };
         if let Some(names) = plot {
             self.scene()?;
             look.what = FigureContent::Both;
-            look.measures = named_measures(Some(&names))?;
+            look.measures = named_measures(Some(names))?;
         }
-        let own = self.clone();
+        let (own, at) = (self.clone(), at.map(Moment::at).transpose()?);
         let drawn = work::run(py, move |_| {
             let figure = own.drawing(look)?;
-            let steps = figure.steps();
-            let step = step.unwrap_or_else(|| figure.telling_step());
-            if !steps.contains(&step) {
-                let (first, last) = (steps.start, steps.end - 1);
-                return Err(Problem::new(format!(
-                    "{}: no step {step}; the recording has steps {first} to {last}",
-                    own.entry.display()
-                )));
-            }
-            Ok(Figure(figure.at(step)))
+            let worst = |by| worst_step(own.opened.as_ref().ok()?, &own.thresholds, by);
+            let step = at.map(|at| at.step("at", &figure.steps(), own.scenario.dt(), worst));
+            let step = step.transpose()?.unwrap_or_else(|| figure.telling_step());
+            Ok::<_, Problem>(Figure(figure.at(step)))
         })?;
         Ok(drawn?)
     }
 
     /// A page that plays the scenario in a browser, as HTML.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
-        let own = self.clone();
+        let (own, user) = (self.clone(), User::read()?);
         let page = work::run(py, move |_| {
-            let mut look = FigureOptions::default();
+            let mut look = user.look();
             let mut told = Vec::new();
             if let Ok(scene) = &own.opened {
                 look.what = FigureContent::Both;
@@ -338,7 +336,7 @@ impl Scenario {
                     .collect();
             }
             let figure = own.drawing(look)?;
-            Ok::<_, Problem>(figure.page(figure.telling_step(), &Palette::paper(), &told))
+            Ok::<_, Problem>(figure.page(figure.telling_step(), &user.dark()?, &told))
         })?;
         Ok(page?)
     }
@@ -423,7 +421,7 @@ pub fn index_options(
     length: Option<f64>,
     stride: Option<f64>,
     radius: Option<f64>,
-    measures: Option<&[String]>,
+    measures: Option<Names>,
 ) -> Result<IndexOptions, Problem> {
     let usual = default_index_options();
     for (name, value) in [("length", length), ("stride", stride), ("radius", radius)] {
@@ -436,7 +434,10 @@ pub fn index_options(
         stride: stride.unwrap_or(usual.stride),
         radius: radius.unwrap_or(usual.radius),
         measures: match measures {
-            Some(names) => named_measures(Some(names))?,
+            Some(names) => {
+                let named = named_measures(Some(names))?;
+                in_order(&named.iter().map(|m| m.id).collect::<Vec<_>>())
+            }
             None => usual.measures,
         },
     })

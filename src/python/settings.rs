@@ -1,6 +1,7 @@
 //! What the user's configuration says, as commands read it.
 
 use nearmiss_ask::prompts::Defaults;
+use nearmiss_base::system::unknown;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::TableOptions;
 use nearmiss_render::{FigureOptions, Palette};
@@ -11,6 +12,7 @@ use nearmiss_settings::{Config, Folders};
 use nearmiss_study::evaluation::{Settings as Described, window_end};
 use nearmiss_workflow::named_tables;
 
+use crate::arguments::Names;
 use crate::errors::Problem;
 
 /// Folders, configuration and thresholds of the user; what ships with nearmiss where there is no home folder.
@@ -102,18 +104,13 @@ impl User {
 ///
 /// # Errors
 /// One is not known, with what was probably meant.
-pub fn named_measures(names: Option<&[String]>) -> Result<Vec<&'static Measure>, Problem> {
+pub fn named_measures(names: Option<Names>) -> Result<Vec<&'static Measure>, Problem> {
     let Some(names) = names else {
         return Ok(measures().collect());
     };
-    let named = |name: &String| {
-        measure(name).ok_or_else(|| {
-            Problem::new(nearmiss_base::system::unknown(
-                "measure",
-                name,
-                measures().map(|m| m.id),
-            ))
-        })
+    let named = |name: String| {
+        measure(&name)
+            .ok_or_else(|| Problem::new(unknown("measure", &name, measures().map(|m| m.id))))
     };
-    names.iter().map(named).collect()
+    names.all().into_iter().map(named).collect()
 }

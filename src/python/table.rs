@@ -3,6 +3,7 @@
 use std::ffi::CStr;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::{FFI_ArrowArrayStream, RecordBatchStreamReader};
@@ -10,7 +11,7 @@ use arrow_array::types::{DurationMicrosecondType, Float64Type, Int64Type};
 use arrow_array::{ArrayRef, RecordBatch, RecordBatchIterator, RecordBatchReader};
 use arrow_ipc::writer::FileWriter;
 use arrow_schema::{ArrowError, DataType, SchemaRef};
-use nearmiss_record::{Clock, Row};
+use nearmiss_record::{Clock, Row, escaped_html};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -20,11 +21,13 @@ use crate::errors::Problem;
 
 const STREAM: &CStr = c"arrow_array_stream";
 
+/// Rows that a notebook shows.
+const SHOWN: usize = 10;
+
 /// A table of Arrow batches.
 ///
-/// `polars.DataFrame(table)`, `pyarrow.table(table)`, `duckdb.sql("from measured")` and, from pandas 3 on,
-/// `pandas.DataFrame.from_arrow(table)` take it as it is. Without any of them `table.rows()` gives a dict a row. Moments of the
-/// recording are durations; units and meanings of columns are in `table.columns` and in the metadata of Arrow's fields.
+/// `table.to_pandas()`, `table.to_polars()`, `pyarrow.table(table)` and `duckdb.sql("from table_1")` take it as it is. Without
+/// any of them `table.rows()` gives a dict a row. Moments of the recording are durations; units and meanings of columns are in `table.columns` and in the metadata of Arrow's fields.
 #[pyclass(frozen, module = "nearmiss")]
 pub struct Table {
     schema: SchemaRef,
@@ -45,8 +48,11 @@ impl Table {
 
     /// Tables of the same columns below each other; nothing of none.
     pub fn joined(parts: Vec<Self>, schema: SchemaRef) -> Self {
-        let batches = parts.into_iter().flat_map(|part| part.batches).collect();
-        Self { schema, batches }
+        let all = parts.into_iter().flat_map(|part| part.batches);
+        Self {
+            batches: all.collect(),
+            schema,
+        }
     }
 
     /// Everything that a Python object streams.
@@ -54,12 +60,33 @@ impl Table {
     /// # Errors
     /// It is no table, or its stream breaks off.
     pub fn taken(object: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let mut reader = reader(object)?;
-        let batches = reader.by_ref().collect::<Result<_, ArrowError>>();
+        let reader = reader(object)?;
+        let schema = reader.schema();
+        // What pandas calls its index is no data of the user's.
+        let is_data = |name: &str| !name.starts_with("__index_level_");
+        let fields = schema.fields().iter().enumerate();
+        let kept: Vec<usize> = fields
+            .filter(|(_, field)| is_data(field.name()))
+            .map(|(place, _)| place)
+            .collect();
+        let batches = reader.map(|batch| batch?.project(&kept));
         Ok(Self {
-            batches: batches.map_err(Problem::new)?,
-            schema: reader.schema(),
+            batches: batches.collect::<Result<_, _>>().map_err(Problem::new)?,
+            schema: Arc::new(schema.project(&kept).map_err(Problem::new)?),
         })
+    }
+
+    fn first_rows<'py>(&self, py: Python<'py>, most: usize) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let places = self.batches.iter();
+        let places = places.flat_map(|batch| (0..batch.num_rows()).map(move |row| (batch, row)));
+        let row = |(batch, place): (&RecordBatch, usize)| {
+            let row = PyDict::new(py);
+            for (field, column) in self.schema.fields().iter().zip(batch.columns()) {
+                row.set_item(field.name(), value(py, column, place)?)?;
+            }
+            Ok(row)
+        };
+        places.take(most).map(row).collect()
     }
 
     /// The texts of a column; `None` without that column.
@@ -125,8 +152,8 @@ fn reader(object: &Bound<'_, PyAny>) -> PyResult<RecordBatchStreamReader> {
             object.get_type().name()?
         )));
     };
-    let capsule = source.call_method0("__arrow_c_stream__")?;
-    let capsule = capsule.cast::<PyCapsule>()?;
+    let given = source.call_method0("__arrow_c_stream__")?;
+    let capsule = given.cast::<PyCapsule>()?;
     let pointer = capsule.pointer_checked(Some(STREAM))?;
     // SAFETY: the capsule has this name, so it holds a stream of Arrow's C interface, which stays there as long as the
     // capsule. `from_raw` moves the stream out and leaves a released one behind, as the interface asks of consumers.
@@ -193,21 +220,60 @@ impl Table {
 
     /// A dict for each row; None where there is no value, and a `datetime.timedelta` for a moment.
     fn rows<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let rows = PyList::empty(py);
-        for batch in &self.batches {
-            for place in 0..batch.num_rows() {
-                let row = PyDict::new(py);
-                for (field, column) in self.schema.fields().iter().zip(batch.columns()) {
-                    row.set_item(field.name(), value(py, column, place)?)?;
-                }
-                rows.append(row)?;
-            }
-        }
-        Ok(rows)
+        PyList::new(py, self.first_rows(py, usize::MAX)?)
     }
 
-    /// Writes it as an Arrow IPC file (.arrow), which polars, pandas, DuckDB and nearmiss read.
+    /// The same as a pandas DataFrame.
+    fn to_pandas<'py>(own: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let frame = own.py().import("pandas")?.getattr("DataFrame")?;
+        if frame.hasattr("from_arrow")? {
+            return frame.call_method1("from_arrow", (own,));
+        }
+        let arrow = own.py().import("pyarrow")?;
+        arrow
+            .call_method1("table", (own,))?
+            .call_method0("to_pandas")
+    }
+
+    /// The same as a polars DataFrame.
+    fn to_polars<'py>(own: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        own.py().import("polars")?.call_method1("DataFrame", (own,))
+    }
+
+    /// The first rows, for a notebook.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        let line = |cells: Vec<String>, tag: &str| {
+            let cells = cells
+                .iter()
+                .map(|cell| format!("<{tag}>{}</{tag}>", escaped_html(cell)));
+            format!("<tr>{}</tr>", cells.collect::<String>())
+        };
+        let names = self
+            .schema
+            .fields()
+            .iter()
+            .map(|field| field.name().clone());
+        let mut lines = line(names.collect(), "th");
+        for row in self.first_rows(py, SHOWN)? {
+            let cells = row.values().iter().map(|cell| cell.to_string());
+            lines.push_str(&line(cells.collect(), "td"));
+        }
+        Ok(format!(
+            "<table>{lines}</table><p>{} rows</p>",
+            self.__len__()
+        ))
+    }
+
+    /// Writes it as an Arrow IPC file (.arrow or .feather), which polars, pandas, DuckDB and nearmiss read.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        if !matches!(ending, Some("arrow" | "feather")) {
+            return Err(Problem::new(format!(
+                "{}: a table is .arrow or .feather; to_pandas() and to_polars() write others",
+                path.display()
+            ))
+            .into());
+        }
         Ok(py.detach(|| self.save(&path))?)
     }
 }

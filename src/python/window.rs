@@ -12,7 +12,7 @@ use nearmiss_store::Store;
 use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, Subject, TimeOrigin, checked};
 use nearmiss_study::evaluation::{AttackTerms, Question, RunOptions, validate};
-use nearmiss_workflow::span::{At, Span};
+use nearmiss_workflow::span::Span;
 use nearmiss_workflow::{
     AskDocument, AskRequest, Models, QuestionRequest, Server, ask as ask_model,
     configured_experiment, described, question,
@@ -21,7 +21,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
-use crate::errors::Problem;
+use crate::arguments::Moment;
+use crate::errors::{Problem, of_keyword};
 use crate::scenario::Scenario;
 use crate::settings::User;
 use crate::work;
@@ -78,29 +79,6 @@ impl Window {
     }
 }
 
-/// A moment as Python names it: a step, a duration, or "worst".
-#[derive(FromPyObject)]
-pub enum Moment {
-    /// A time step.
-    Step(i64),
-    /// A `datetime.timedelta`.
-    Time(std::time::Duration),
-    /// `worst`, `worst:ttc`, or `3.2s`.
-    Named(String),
-}
-
-impl Moment {
-    fn at(self) -> Result<At, Problem> {
-        Ok(match self {
-            Self::Step(step) => At::Step(step),
-            Self::Time(time) => At::Seconds(time.as_secs_f64()),
-            Self::Named(word) => word
-                .parse()
-                .map_err(|why| Problem::new(format!("at: {why}")))?,
-        })
-    }
-}
-
 /// How a window is named by keywords.
 pub struct Named {
     /// Its end.
@@ -132,13 +110,9 @@ impl Window {
     ) -> PyResult<Self> {
         let user = User::read()?;
         let set = set(&user, &["description"], settings)?;
-        let task: Task = task
-            .parse()
-            .map_err(|why| Problem::new(format!("task: {why}")))?;
-        let frame = frame.map(str::parse).transpose();
-        let frame = frame.map_err(|why| Problem::new(format!("frame: {why}")))?;
-        let techniques = techniques.map(Techniques::parse).transpose();
-        let techniques = techniques.map_err(|why| Problem::new(format!("techniques: {why}")))?;
+        let task: Task = of_keyword("task", task.parse())?;
+        let frame = of_keyword("frame", frame.map(str::parse).transpose())?;
+        let techniques = of_keyword("techniques", techniques.map(Techniques::parse).transpose())?;
         let (span, scene) = (named.span()?, Arc::clone(scenario.scene()?));
         let name = scenario.entry.name.clone();
         let thresholds = (*scenario.thresholds).clone();
@@ -172,9 +146,7 @@ pub fn description(
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<String> {
     let set = set(&User::read()?, &["description"], settings)?;
-    let frame = frame
-        .parse()
-        .map_err(|why| Problem::new(format!("frame: {why}")))?;
+    let frame = of_keyword("frame", frame.parse())?;
     let (span, scene) = (named.span()?, Arc::clone(scenario.scene()?));
     let thresholds = Arc::clone(&scenario.thresholds);
     let told = work::run(py, move |_| {
@@ -214,7 +186,9 @@ pub fn prompt<'py>(py: Python<'py>, window: &Window) -> PyResult<Bound<'py, PyAn
     json(py, &window.question.messages())
 }
 
-/// The built-in judge's verdict on a window, from exact geometry: a dict with `dangerous`, `obstacles` and `justification`.
+/// The built-in judge's verdict on a window, from exact geometry: a dict with `dangerous`, `obstacles` (id, risk_score from 0
+/// to 5, reason), `critical_obstacles`, `probability` and `justification`; beside `dangerous` stands the word of the task:
+/// `collision`, `safety_critical` or `high_risk`.
 ///
 /// The tasks attacker and trajectory have no verdict.
 #[pyfunction]
@@ -227,7 +201,16 @@ pub fn judge<'py>(py: Python<'py>, window: &Window) -> PyResult<Bound<'py, PyAny
             window.task()
         ))
     })?;
-    json(py, &ParsedAnswer::Verdict(verdict))
+    said(py, &ParsedAnswer::Verdict(verdict))
+}
+
+/// What an answer says; of a verdict whether that is dangerous, too, whatever the task calls it.
+fn said<'py>(py: Python<'py>, answer: &ParsedAnswer) -> PyResult<Bound<'py, PyAny>> {
+    let made = json(py, answer)?;
+    if let Some(verdict) = answer.verdict() {
+        made.set_item("dangerous", verdict.dangerous)?;
+    }
+    Ok(made)
 }
 
 /// The verdict that an answer to a window's question states, as a dict: for answers that come from elsewhere.
@@ -240,7 +223,7 @@ pub fn read_verdict<'py>(
     answer: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let reading = verdict::read(window.question.case.task, answer);
-    json(py, &reading.map_err(Problem::new)?.said)
+    said(py, &reading.map_err(Problem::new)?.said)
 }
 
 /// A model's answer about a window: a dict with `verdict`, `reasoning`, `answer`, tokens and cost, as `nearmiss ask --format json`.
@@ -335,8 +318,9 @@ async fn asked_to_end(cancel: &Cancel) {
     }
 }
 
-/// Checks what a text claims about a scene: a list of dicts with `text`, `outcome` (right, wrong or open), `kind`, `obstacle`,
-/// `step`, `stated`, `actual`, `unit` and `truth` in words.
+/// Checks what a text claims about a scene: a list of dicts with `text` (where the value stands), `outcome` (right, wrong or
+/// open), `why` an open one cannot be decided, `kind`, `obstacle`, `step`, `stated`, `actual`, `unit` and `truth` in words.
+/// Sentences about obstacles that the scenario does not have, and those that are not understood, are not in it.
 ///
 /// text: the reasoning of a model, or anyone's. window: what the text is about, as steps (first, last) or a Window; times and
 /// "now" are read by it.

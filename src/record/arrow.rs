@@ -25,14 +25,15 @@ impl Table {
     #[must_use]
     pub fn arrow_schema(&self, clock: Clock) -> SchemaRef {
         let fields = self.columns.iter().map(|column| {
-            let said = [("unit", &column.unit), ("description", &column.source)];
-            let said = said.into_iter().filter(|(_, text)| !text.is_empty());
-            let metadata = said.map(|(key, text)| (key.to_string(), text.to_string()));
+            let metadata = [("unit", &column.unit), ("description", &column.source)]
+                .into_iter()
+                .filter(|(_, text)| !text.is_empty())
+                .map(|(key, text)| (key.to_string(), text.to_string()));
             Field::new(&*column.name, data_type(column, clock), column.optional)
                 .with_metadata(metadata.collect::<HashMap<_, _>>())
         });
-        let metadata = self.metadata.iter();
-        let metadata = metadata.map(|(key, value)| (format!("nearmiss.{key}"), value.clone()));
+        let whole = self.metadata.iter();
+        let metadata = whole.map(|(key, value)| (format!("nearmiss.{key}"), value.clone()));
         Arc::new(Schema::new_with_metadata(
             fields.collect::<Vec<_>>(),
             metadata.collect::<HashMap<_, _>>(),

@@ -117,11 +117,10 @@ enum Sink<W: Write + Send> {
 
 impl<W: Write + Send> ColumnsFile<W> {
     fn parquet(out: W, table: &Table) -> io::Result<Self> {
-        let entries = table
-            .metadata
-            .iter()
-            .map(|(key, value)| KeyValue::new(format!("nearmiss.{key}"), value.clone()));
-        let entries: Vec<KeyValue> = entries.collect();
+        let metadata = table.metadata.iter();
+        let entries: Vec<KeyValue> = metadata
+            .map(|(key, value)| KeyValue::new(format!("nearmiss.{key}"), value.clone()))
+            .collect();
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
             .set_created_by(format!("nearmiss version {}", env!("CARGO_PKG_VERSION")))
@@ -131,8 +130,8 @@ impl<W: Write + Send> ColumnsFile<W> {
             .with_schema_root(table.name.to_string());
         // Parquet has no durations.
         let schema = table.arrow_schema(Clock::Seconds);
-        let sink = ArrowWriter::try_new_with_options(out, schema.clone(), options);
-        let sink = Sink::Parquet(sink.map_err(io::Error::other)?);
+        let file = ArrowWriter::try_new_with_options(out, schema.clone(), options);
+        let sink = Sink::Parquet(file.map_err(io::Error::other)?);
         Ok(Self::new(sink, schema, table))
     }
 

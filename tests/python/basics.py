@@ -105,6 +105,8 @@ class Tables(unittest.TestCase):
         self.assertTrue(table.columns["distance"].endswith("[m]"))
         self.assertTrue(table.columns["time"].endswith("[s]"))
         self.assertIsInstance(table.rows()[0]["time"], datetime.timedelta)
+        self.assertIn(f"<p>{len(table)} rows</p>", table._repr_html_())
+        self.assertEqual(nearmiss.open(CUT_IN).measures("ttc").rows(), nearmiss.open(CUT_IN).measures(["ttc"]).rows())
 
     def test_a_table_becomes_a_file_that_opens(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -136,12 +138,19 @@ class Questions(unittest.TestCase):
         self.assertEqual(window.steps[1], 44)
         verdict = nearmiss.judge(window)
         answer = nearmiss.ask(window, "reference/geometry", store=False)
-        self.assertEqual(answer["verdict"], verdict)
+        self.assertEqual(answer["verdict"] | {"dangerous": answer["dangerous"]}, verdict)
+        self.assertEqual(nearmiss.read_verdict(window, answer["answer"]), verdict)
         wanted = json.loads(
             command(*"ask --no-store --model reference/geometry --task safety --at 44 --format json".split(), CUT_IN)
         )
         for key in answer:
             self.assertEqual(answer[key], wanted[key], key)
+
+    def test_a_moment_has_several_names(self):
+        scenario = nearmiss.open(CUT_IN)
+        named = [44, 4.4, datetime.timedelta(seconds=4.4), "4.4s", "worst", scenario.worst()["moment"]]
+        self.assertEqual({scenario.window(at=at).steps[1] for at in named}, {44})
+        self.assertEqual({scenario.figure(at).svg for at in named}, {scenario.figure().svg})
 
     def test_words_are_those_of_describe(self):
         scenario = nearmiss.open(CUT_IN)
@@ -187,6 +196,8 @@ class Errors(unittest.TestCase):
             (lambda: scenario.window(radus=3), "did you mean `radius`"),
             (lambda: scenario.window(at=9999), "steps 0 to 90"),
             (lambda: scenario.figure(-1), "steps 0 to 90"),
+            (lambda: scenario.figure("best"), "worst"),
+            (lambda: scenario.measures().write("measures.csv"), ".arrow"),
             (lambda: scenario.windows(length=0), "positive"),
             (lambda: nearmiss.open(CUT_IN, ego=999), "999"),
             (lambda: nearmiss.ask(scenario.window(), "nobody/x", store=False), "nobody"),
@@ -195,8 +206,16 @@ class Errors(unittest.TestCase):
             with self.assertRaises(nearmiss.Error) as raised:
                 call()
             self.assertIn(words, str(raised.exception))
-        with self.assertRaises(TypeError):
-            nearmiss.from_tracks(3)
+        types = [
+            (lambda: nearmiss.from_tracks(3), "no table"),
+            (lambda: scenario.window(at=[1]), "a time step (int), seconds (float), a timedelta"),
+            (lambda: scenario.measures(3), "a name or a list of names"),
+            (lambda: nearmiss.measures(3), "a path or a list of paths"),
+        ]
+        for call, words in types:
+            with self.assertRaises(TypeError) as raised:
+                call()
+            self.assertIn(words, str(raised.exception))
 
     def test_a_bad_file_among_many_is_a_warning(self):
         with tempfile.TemporaryDirectory() as folder:

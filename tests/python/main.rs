@@ -98,13 +98,6 @@ fn drives_and_attacks_are_those_of_the_commands() {
 }
 
 #[test]
-fn drives_and_attacks_are_those_of_the_commands() {
-    if let Some(python) = python("NEARMISS_PYTHON", "unittest") {
-        run(&python, "driving.py", &[]);
-    }
-}
-
-#[test]
 fn tables_are_taken_and_given_by_the_libraries_for_them() {
     if let Some(python) = python("NEARMISS_PYTHON", "pyarrow, polars, pandas, duckdb") {
         run(&python, "tables.py", &[]);

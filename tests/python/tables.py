@@ -37,6 +37,8 @@ class Libraries(unittest.TestCase):
         self.assertEqual(duckdb.sql("select count(*), min(distance) from measured").fetchall()[0][0], len(measured))
         frame = pandas.DataFrame.from_arrow(table)
         self.assertEqual(list(frame["distance"]), [row["distance"] for row in table.rows()])
+        self.assertTrue(frame.equals(table.to_pandas()))
+        self.assertTrue(polars.DataFrame(table).equals(table.to_polars()))
         # Again: the table is not used up.
         self.assertEqual(pyarrow.table(table).num_rows, len(table))
 
@@ -66,6 +68,15 @@ class Libraries(unittest.TestCase):
         frame = pandas.DataFrame({"t": [0, 0, 100, 100], "who": [1, 2, 1, 2], "x": [0.0, 9, 1, 9], "y": [0.0] * 4})
         scenario = nearmiss.from_tracks(frame, columns="time=t[ms],id=who", name="mine")
         self.assertEqual((scenario.name, scenario.time_step), ("mine", 0.1))
+        # An index is no data, and what is missing is named.
+        again = nearmiss.from_tracks(pandas.concat([frame, frame.assign(who=frame["who"] + 2)]), columns="time=t[ms],id=who")
+        self.assertFalse([words for words in again.diagnostics if "index" in words])
+        with self.assertRaises(nearmiss.Error) as raised:
+            nearmiss.from_tracks(frame.drop(columns="y"), columns="time=t[ms],id=who")
+        self.assertIn("y", str(raised.exception))
+        self.assertNotIn("/tmp", str(raised.exception))
+        named = frame.assign(who=frame["who"].map({1: "lead", 2: "mine"}))
+        self.assertEqual(nearmiss.from_tracks(named, columns="time=t[ms],id=who", ego="mine").ego, 2)
 
 
 class Commands(unittest.TestCase):

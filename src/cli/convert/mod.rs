@@ -28,8 +28,8 @@ pub struct Convert {
     #[arg(required = true)]
     #[serde(skip)]
     paths: Vec<PathBuf>,
-    /// File to write (.xml, .xosc, .csv, .parquet or .arrow), or an existing folder; several scenarios need a folder [default:
-    /// standard output, for formats of one file].
+    /// File to write (.xml, .xosc, .csv, .parquet or .arrow), or an existing folder; several scenarios need a folder
+    /// [default: standard output, for formats of one file].
     #[arg(short, long, value_name = "PATH")]
     #[serde(skip)]
     output: Option<PathBuf>,

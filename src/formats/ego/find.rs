@@ -209,10 +209,11 @@ impl EgoSelection {
     /// The one in a file; of one with several, `FILE#ID`.
     #[must_use]
     pub fn of_file(said: &Path) -> Self {
-        let split = said.to_str().filter(|_| !said.exists());
-        let split = split.and_then(|said| said.rsplit_once('#'));
-        let named = split.and_then(|(file, id)| Some((file, id.parse().ok()?)));
-        match named {
+        let named = || {
+            let (file, id) = said.to_str().filter(|_| !said.exists())?.rsplit_once('#')?;
+            Some((file, id.parse().ok()?))
+        };
+        match named() {
             Some((file, id)) => Self::File {
                 path: file.into(),
                 planning_problem: Some(id),

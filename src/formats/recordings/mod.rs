@@ -37,8 +37,8 @@ pub(super) use py123d::{Py123d, is_in_log as is_in_log_of_py123d};
 pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
 pub use tracks::{
-    Columns, ColumnsError, Forecast, NamedTable, TableOptions, check_table_options, read_forecasts,
-    read_tables_with, reading_tables_with, usual_table_options,
+    Columns, ColumnsError, Forecast, NamedTable, TableOptions, check_table, check_table_options,
+    read_forecasts, read_tables_with, reading_tables_with, usual_table_options,
 };
 pub(super) use tracks::{
     Lacking, Tables, id_of as id_of_track, json_columns, lacking as lacking_columns, without_header,

@@ -11,11 +11,12 @@
 >>> [variant] = nearmiss.attack(scenario, seed=0)            # what endangers it, with certificates
 >>> nearmiss.inspect("recordings")                           # a folder, the worst first
 
-Tables are Arrow: polars.DataFrame(table), pyarrow.table(table), duckdb.sql("from measured") and, from pandas 3 on,
-pandas.DataFrame.from_arrow(table) take them without copying; table.rows() needs none of these. Lengths are in metres, angles
-in radians, times in seconds, moments of a recording are durations; table.columns says so of each column.
+Tables are Arrow: table.to_pandas(), table.to_polars(), pyarrow.table(table) and DuckDB take them without copying;
+table.rows() needs none of these. Lengths are in metres, angles in radians, times in seconds, moments of a recording are
+durations; table.columns says so of each column.
 
-Every error is a nearmiss.Error, with file and line where they are known. Ctrl-C stops.
+What is wrong with a file or a wish is a nearmiss.Error, with file and line where they are known; an argument of a wrong type
+is a TypeError. Ctrl-C stops.
 """
 
 from ._batches import index_batches, measure_batches

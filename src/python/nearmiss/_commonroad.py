@@ -13,9 +13,11 @@ def from_commonroad(scenario, planning_problems=None, *, ego=None):
     planning problem. ego: as of nearmiss.open.
     """
     from commonroad.common.file_writer import CommonRoadFileWriter, OverwriteExistingFile  # type: ignore[import-not-found, import-untyped, unused-ignore]
+    from commonroad.common.util import FileFormat  # type: ignore[import-not-found, import-untyped, unused-ignore]
     from commonroad.planning.planning_problem import PlanningProblemSet  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
-    writer = CommonRoadFileWriter(scenario, planning_problems or PlanningProblemSet())
+    problems = planning_problems or PlanningProblemSet()
+    writer = CommonRoadFileWriter(scenario, problems, decimal_precision=9, file_format=FileFormat.XML)
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder) / "scenario.xml"
         writer.write_to_file(str(file), OverwriteExistingFile.ALWAYS)

@@ -15,7 +15,8 @@ class _ArrowArray(Protocol):
 _Path: TypeAlias = str | PathLike[str]
 _Paths: TypeAlias = _Path | Sequence[_Path]
 _Tracks: TypeAlias = _ArrowStream | _ArrowArray | Any  # Any: a DataFrame of an older pandas
-_Moment: TypeAlias = int | timedelta | str
+_Moment: TypeAlias = int | float | timedelta | str
+_Names: TypeAlias = str | Sequence[str]
 _Setting: TypeAlias = str | int | float | bool
 _Planner: TypeAlias = str | Callable[[dict[str, Any]], dict[str, Any]]
 
@@ -31,7 +32,10 @@ class Table:
     def columns(self) -> dict[str, str]: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
     def __len__(self) -> int: ...
+    def _repr_html_(self) -> str: ...
     def rows(self) -> list[dict[str, Any]]: ...
+    def to_pandas(self) -> Any: ...
+    def to_polars(self) -> Any: ...
     def write(self, path: _Path) -> None: ...
 
 @final
@@ -71,7 +75,7 @@ class Scenario:
     def tracks(self) -> Table: ...
     def lanes(self) -> Table: ...
     def measures(
-        self, names: Sequence[str] | None = None, *, radius: float | None = None, reasons: bool = False
+        self, names: _Names | None = None, *, radius: float | None = None, reasons: bool = False
     ) -> Table: ...
     def windows(
         self,
@@ -79,7 +83,7 @@ class Scenario:
         length: float | None = None,
         stride: float | None = None,
         radius: float | None = None,
-        measures: Sequence[str] | None = None,
+        measures: _Names | None = None,
     ) -> Table: ...
     def worst(self) -> dict[str, Any]: ...
     def story(self) -> str: ...
@@ -103,9 +107,7 @@ class Scenario:
         obstacle: int | None = None,
         **settings: _Setting,
     ) -> str: ...
-    def figure(
-        self, step: int | None = None, *, plot: Sequence[str] | None = None, ego_up: bool = False
-    ) -> Figure: ...
+    def figure(self, at: _Moment | None = None, *, plot: _Names | None = None, ego_up: bool = False) -> Figure: ...
     def page(self) -> str: ...
     def write(self, path: _Path, *, overwrite: bool = False) -> None: ...
 
@@ -147,7 +149,7 @@ def from_tracks(
 def inspect(paths: _Paths) -> Table: ...
 def measures(
     paths: _Paths,
-    names: Sequence[str] | None = None,
+    names: _Names | None = None,
     *,
     radius: float | None = None,
     reasons: bool = False,
@@ -158,7 +160,7 @@ def windows(
     length: float | None = None,
     stride: float | None = None,
     radius: float | None = None,
-    measures: Sequence[str] | None = None,
+    measures: _Names | None = None,
 ) -> Table: ...
 def index_batch(
     batch: _Tracks,
@@ -166,7 +168,7 @@ def index_batch(
     length: float | None = None,
     stride: float | None = None,
     radius: float | None = None,
-    measures: Sequence[str] | None = None,
+    measures: _Names | None = None,
     columns: str | None = None,
     rate: float | None = None,
     map: _Path | None = None,
@@ -174,7 +176,7 @@ def index_batch(
 def measure_batch(
     batch: _Tracks,
     *,
-    names: Sequence[str] | None = None,
+    names: _Names | None = None,
     radius: float | None = None,
     columns: str | None = None,
     rate: float | None = None,

@@ -23,6 +23,8 @@ def _answer(function, name, requests):
                 answer = {"type": "ready", "protocol": 1, "name": name, **(wants if isinstance(wants, dict) else {})}
             else:
                 answer = function({**message, "hello": hello})
+                if not isinstance(answer, dict):
+                    raise TypeError(f"the planner returned {answer!r}, not a dict: {{'type': 'trajectory', …}}")
             requests.answer(json.dumps(answer))
         except BaseException as error:
             requests.fail(error)

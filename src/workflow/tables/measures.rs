@@ -19,10 +19,10 @@ pub fn exact_columns(measures: &[&'static Measure]) -> Vec<Column> {
             "where the obstacle is, seen from the ego's body",
         ),
     ];
-    let measures = measures.iter();
-    let measures = measures.map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
     let head = RowFile::COLUMNS.into_iter().chain(WHEN);
-    head.chain(who).chain(measures).collect()
+    head.chain(who)
+        .chain(measures.iter().map(|m| column_of(m.id, m.unit, m.source)))
+        .collect()
 }
 
 /// These measures of every obstacle whose centre is within `radius` metres of the ego's, at every step of the ego.
@@ -58,11 +58,14 @@ pub fn exact_rows(
 /// The columns of [`scene_rows`].
 #[must_use]
 pub fn scene_columns() -> Vec<Column> {
-    let measures = SCENE_MEASURES
-        .iter()
-        .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
     let head = RowFile::COLUMNS.into_iter().chain(WHEN);
-    head.chain(measures).collect()
+    let measures = SCENE_MEASURES.iter();
+    head.chain(measures.map(|m| column_of(m.id, m.unit, m.source)))
+        .collect()
+}
+
+fn column_of(id: &'static str, unit: &'static str, source: &'static str) -> Column {
+    Column::new(id, Kind::Number, unit, source).optional()
 }
 
 /// Every measure of the scene at every step at which the ego is recorded.

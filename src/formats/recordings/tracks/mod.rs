@@ -469,6 +469,14 @@ fn plan(path: &Path, report: &Report) -> Result<Plan, ReadError> {
     Ok(plan)
 }
 
+/// Whether a table is one of tracks: what it lacks, else.
+///
+/// # Errors
+/// Columns are missing, or a role is none of theirs.
+pub fn check_table(path: &Path) -> Result<(), ReadError> {
+    plan(path, &Report::about(path.display().to_string())).map(drop)
+}
+
 /// What is where in a table that is larger than memory; nothing of others.
 fn outline(path: &Path) -> Result<Option<Arc<Outline>>, ReadError> {
     let report = Report::about(path.display().to_string());

@@ -1,0 +1,127 @@
+//! Arguments that may be named in several ways, and what is said of those that are none of them.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use nearmiss_workflow::span::At;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use crate::errors::{Problem, of_keyword};
+
+/// Takes the first form that fits; `expected` says all of them.
+macro_rules! forms {
+    ($name:ident, $expected:literal, $($form:ident),+) => {
+        impl<'py> FromPyObject<'_, 'py> for $name {
+            type Error = PyErr;
+
+            fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+                $(if let Ok(taken) = given.extract() {
+                    return Ok(Self::$form(taken));
+                })+
+                let kind = given.get_type();
+                Err(PyTypeError::new_err(format!(
+                    concat!("expected ", $expected, ", not {}"),
+                    kind.name()?
+                )))
+            }
+        }
+    };
+}
+
+/// A moment of a recording.
+pub enum Moment {
+    /// A time step.
+    Step(i64),
+    /// Seconds since step 0.
+    Seconds(f64),
+    /// The same as a `datetime.timedelta`.
+    Time(Duration),
+    /// `worst`, `worst:ttc`, or `3.2s`.
+    Named(String),
+}
+
+forms!(
+    Moment,
+    "a time step (int), seconds (float), a timedelta or \"worst\"",
+    Step,
+    Seconds,
+    Time,
+    Named
+);
+
+impl Moment {
+    /// The same as commands name it.
+    ///
+    /// # Errors
+    /// The word is no moment.
+    pub fn at(self) -> Result<At, Problem> {
+        Ok(match self {
+            Self::Step(step) => At::Step(step),
+            Self::Seconds(seconds) => At::Seconds(seconds),
+            Self::Time(time) => At::Seconds(time.as_secs_f64()),
+            Self::Named(word) => of_keyword("at", word.parse())?,
+        })
+    }
+}
+
+/// One path or many.
+pub enum Paths {
+    /// A file or folder.
+    One(PathBuf),
+    /// Several.
+    Many(Vec<PathBuf>),
+}
+
+forms!(Paths, "a path or a list of paths", One, Many);
+
+/// One name or many.
+pub enum Names {
+    /// A name.
+    One(String),
+    /// Several.
+    Many(Vec<String>),
+}
+
+forms!(Names, "a name or a list of names", One, Many);
+
+impl Names {
+    /// All of them.
+    pub fn all(self) -> Vec<String> {
+        match self {
+            Self::One(name) => vec![name],
+            Self::Many(names) => names,
+        }
+    }
+}
+
+/// An ego.
+#[derive(Clone)]
+pub enum Ego {
+    /// Id of an obstacle.
+    Id(i64),
+    /// A file with its trajectory, `FILE#ID`, the name of a track, or `planner`.
+    Named(PathBuf),
+}
+
+forms!(
+    Ego,
+    "the id of an obstacle, a path, the name of a track or \"planner\"",
+    Id,
+    Named
+);
+
+/// Obstacles.
+pub enum Obstacles {
+    /// One.
+    One(i64),
+    /// Several.
+    Many(Vec<i64>),
+}
+
+forms!(
+    Obstacles,
+    "the id of an obstacle or a list of ids",
+    One,
+    Many
+);
