@@ -207,11 +207,15 @@ impl DataSetCard<'_> {
         let cells = row(self.provenance).unwrap_or_default();
         let mut text = String::from("\n## Provenance\n\n");
         for (column, cell) in columns::<Provenance>().iter().zip(cells) {
-            let value = cell.text(column.kind).filter(|value| !value.is_empty());
+            let value = match cell.text(column.kind) {
+                None => NONE.into(),
+                // A list of nothing.
+                Some(value) if value.is_empty() => "none".into(),
+                Some(value) => escaped_markdown(&value),
+            };
             text += &format!(
-                "- `{}`: {}. {}\n",
+                "- `{}`: {value}. {}\n",
                 column.name,
-                escaped_markdown(&value.unwrap_or(NONE.into())),
                 escaped_markdown(&column.source)
             );
         }
