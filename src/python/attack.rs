@@ -178,8 +178,8 @@ fn made(
 ) -> Result<Variant, Problem> {
     let prepared = scenario.prepared(problem, &attack.settings)?;
     let settings = attack.settings(prepared.problem().id, None);
-    let made = Generated::make(&scenario.entry, prepared, (attack, settings), None, cancel);
-    let made = made.map_err(Problem::new)?;
+    let generated = Generated::make(&scenario.entry, prepared, (attack, settings), None, cancel);
+    let made = generated.map_err(Problem::new)?;
     let generated = made.ok_or_else(|| Problem::new("interrupted"))?;
     let by = attack.search_in_words();
     let line = VariantLine::new(&generated, &by).with_rejected(&generated);

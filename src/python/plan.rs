@@ -117,7 +117,9 @@ fn driven(
         counts: false,
     };
     let driven = drive(&scenario.entry, prepared, options, cancel).map_err(Problem::new)?;
-    let driven = driven.ok_or_else(|| Problem::new("interrupted"))?;
+    let Some(driven) = driven else {
+        return Err(Problem::new("interrupted"));
+    };
     let scene = driven
         .scene()
         .ok_or_else(|| Problem::new("internal error: the planning problem is gone"))?;
@@ -248,8 +250,8 @@ fn function_planner(
     timeout: Option<f64>,
     calls: Arc<Calls>,
 ) -> PlannerChoice {
-    let named = function.getattr("__name__");
-    let named = named.or_else(|_| Ok::<_, PyErr>(function.get_type().name()?.into_any()));
+    let own = function.getattr("__name__");
+    let named = own.or_else(|_| Ok::<_, PyErr>(function.get_type().name()?.into_any()));
     let name = named.map_or_else(|_| "function".into(), |name| name.to_string());
     let mut options = ExternalOptions::new(Vec::new());
     if let Some(seconds) = timeout {

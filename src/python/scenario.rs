@@ -23,7 +23,7 @@ use crate::arguments::{Moment, Names};
 use crate::errors::Problem;
 use crate::settings::{User, named_measures};
 use crate::table::Table;
-use crate::window::{Named, Window, description, json};
+use crate::window::{Asked, Named, Window, description, json};
 use crate::work;
 use crate::write;
 
@@ -257,7 +257,12 @@ impl Scenario {
             history,
             obstacle,
         };
-        Window::new(py, self, (task, frame, techniques), named, settings)
+        let asked = Asked {
+            task,
+            frame,
+            techniques,
+        };
+        Window::new(py, self, asked, named, settings)
     }
 
     /// A window of the scenario in words, as a model is told it; see `window`.
@@ -309,9 +314,11 @@ impl Scenario {
         let drawn = work::run(py, move |_| {
             let figure = own.drawing(look)?;
             let worst = |by| worst_step(own.opened.as_ref().ok()?, &own.thresholds, by);
-            let step = at.map(|at| at.step("at", &figure.steps(), own.scenario.dt(), worst));
-            let step = step.transpose()?.unwrap_or_else(|| figure.telling_step());
-            Ok::<_, Problem>(Figure(figure.at(step)))
+            let named = at.map(|at| at.step("at", &figure.steps(), own.scenario.dt(), worst));
+            let telling = || figure.telling_step();
+            Ok::<_, Problem>(Figure(
+                figure.at(named.transpose()?.unwrap_or_else(telling)),
+            ))
         })?;
         Ok(drawn?)
     }
@@ -462,12 +469,13 @@ impl Figure {
     /// Writes it as .svg or .png.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         Ok(py.detach(|| {
-            let format = Format::of_file(&path).filter(|format| format.is_picture());
-            let format = format.ok_or_else(|| {
+            let named = Format::of_file(&path).filter(|format| format.is_picture());
+            let format = named.ok_or_else(|| {
                 Problem::new(format!("{}: a picture is .svg or .png", path.display()))
             })?;
-            let bytes = format.encode(&self.0, format.usual_dpi());
-            let bytes = bytes.map_err(|why| Problem::new(format!("{}: {why}", path.display())))?;
+            let encoded = format.encode(&self.0, format.usual_dpi());
+            let bytes =
+                encoded.map_err(|why| Problem::new(format!("{}: {why}", path.display())))?;
             nearmiss_base::system::save(&path, &bytes, true).map_err(Problem::new)
         })?)
     }

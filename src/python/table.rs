@@ -77,8 +77,8 @@ impl Table {
     }
 
     fn first_rows<'py>(&self, py: Python<'py>, most: usize) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let places = self.batches.iter();
-        let places = places.flat_map(|batch| (0..batch.num_rows()).map(move |row| (batch, row)));
+        let batches = self.batches.iter();
+        let places = batches.flat_map(|batch| (0..batch.num_rows()).map(move |row| (batch, row)));
         let row = |(batch, place): (&RecordBatch, usize)| {
             let row = PyDict::new(py);
             for (field, column) in self.schema.fields().iter().zip(batch.columns()) {

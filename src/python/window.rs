@@ -99,20 +99,31 @@ impl Named {
     }
 }
 
+/// What is asked, in words.
+pub struct Asked<'a> {
+    /// The task.
+    pub task: &'a str,
+    /// The frame; that of the template where none is named.
+    pub frame: Option<&'a str>,
+    /// The techniques; those of the template where none are named.
+    pub techniques: Option<&'a str>,
+}
+
 impl Window {
-    /// The window of a scenario, and what is asked about it: task, frame and techniques, in words.
+    /// The window of a scenario, and what is asked about it.
     pub fn new(
         py: Python<'_>,
         scenario: &Scenario,
-        (task, frame, techniques): (&str, Option<&str>, Option<&str>),
+        asked: Asked<'_>,
         named: Named,
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let user = User::read()?;
-        let set = set(&user, &["description"], settings)?;
-        let task: Task = of_keyword("task", task.parse())?;
-        let frame = of_keyword("frame", frame.map(str::parse).transpose())?;
-        let techniques = of_keyword("techniques", techniques.map(Techniques::parse).transpose())?;
+        let set = set(&user, "description", settings)?;
+        let task: Task = of_keyword("task", asked.task.parse())?;
+        let frame = of_keyword("frame", asked.frame.map(str::parse).transpose())?;
+        let techniques = asked.techniques.map(Techniques::parse).transpose();
+        let techniques = of_keyword("techniques", techniques)?;
         let (span, scene) = (named.span()?, Arc::clone(scenario.scene()?));
         let name = scenario.entry.name.clone();
         let thresholds = (*scenario.thresholds).clone();
@@ -145,7 +156,7 @@ pub fn description(
     named: Named,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<String> {
-    let set = set(&User::read()?, &["description"], settings)?;
+    let set = set(&User::read()?, "description", settings)?;
     let frame = of_keyword("frame", frame.parse())?;
     let (span, scene) = (named.span()?, Arc::clone(scenario.scene()?));
     let thresholds = Arc::clone(&scenario.thresholds);
@@ -158,7 +169,7 @@ pub fn description(
 /// Settings of the configuration, and over them those that are named, which belong to these sections.
 fn set(
     user: &User,
-    sections: &[&str],
+    section: &str,
     named: Option<&Bound<'_, PyDict>>,
 ) -> Result<Experiment, Problem> {
     let mut layers = Layers::<Experiment>::default();
@@ -167,7 +178,7 @@ fn set(
         let (key, value) = (key.to_string(), value.to_string());
         let rows = Experiment::rows()
             .iter()
-            .filter(|row| sections.contains(&row.section));
+            .filter(|row| row.section == section);
         let known: Vec<&str> = rows.map(|row| row.key).collect();
         if !known.contains(&key.as_str()) {
             return Err(Problem::new(nearmiss_base::system::unknown(
@@ -194,8 +205,8 @@ pub fn prompt<'py>(py: Python<'py>, window: &Window) -> PyResult<Bound<'py, PyAn
 #[pyfunction]
 pub fn judge<'py>(py: Python<'py>, window: &Window) -> PyResult<Bound<'py, PyAny>> {
     let question = Arc::clone(&window.question);
-    let verdict = work::run(py, move |_| question.reference())?;
-    let verdict = verdict.ok_or_else(|| {
+    let judged = work::run(py, move |_| question.reference())?;
+    let verdict = judged.ok_or_else(|| {
         Problem::new(format!(
             "the task {} has no verdict: ask about collision, safety or recording",
             window.task()
@@ -247,7 +258,7 @@ pub fn ask<'py>(
     settings: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let user = User::read()?;
-    let set = set(&user, &["sampling"], settings)?;
+    let set = set(&user, "sampling", settings)?;
     let model = model
         .or(user.config.model.as_deref())
         .unwrap_or(nearmiss_scene::judge::MODEL)

@@ -52,8 +52,8 @@ fn wait<T>(receiver: Receiver<T>) -> (Result<T, RecvTimeoutError>, Receiver<T>) 
 }
 
 fn panicked(panic: &(dyn Any + Send)) -> PyErr {
-    let words = panic.downcast_ref::<&str>().copied();
-    let words = words.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    let plain = panic.downcast_ref::<&str>().copied();
+    let words = plain.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     PyRuntimeError::new_err(format!(
         "internal error of nearmiss: {}; please report it with the file",
         words.unwrap_or("no message")

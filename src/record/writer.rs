@@ -3,10 +3,11 @@
 use std::io::{self, Write};
 
 use arrow_ipc::writer::StreamWriter;
-use arrow_schema::SchemaRef;
+use arrow_schema::{ArrowError, SchemaRef};
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::basic::Compression;
+use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use strum::{IntoStaticStr, VariantArray};
@@ -131,13 +132,13 @@ impl<W: Write + Send> ColumnsFile<W> {
         // Parquet has no durations.
         let schema = table.arrow_schema(Clock::Seconds);
         let file = ArrowWriter::try_new_with_options(out, schema.clone(), options);
-        let sink = Sink::Parquet(file.map_err(io::Error::other)?);
+        let sink = Sink::Parquet(file.map_err(of_parquet)?);
         Ok(Self::new(sink, schema, table))
     }
 
     fn arrow(out: W, table: &Table) -> io::Result<Self> {
         let schema = table.arrow_schema(Clock::Durations);
-        let sink = StreamWriter::try_new(out, &schema).map_err(io::Error::other)?;
+        let sink = StreamWriter::try_new(out, &schema).map_err(of_arrow)?;
         Ok(Self::new(Sink::Arrow(sink), schema, table))
     }
 
@@ -162,8 +163,8 @@ impl<W: Write + Send> ColumnsFile<W> {
     fn finish(mut self) -> io::Result<W> {
         self.write_group()?;
         match self.sink {
-            Sink::Parquet(file) => file.into_inner().map_err(io::Error::other),
-            Sink::Arrow(stream) => stream.into_inner().map_err(io::Error::other),
+            Sink::Parquet(file) => file.into_inner().map_err(of_parquet),
+            Sink::Arrow(stream) => stream.into_inner().map_err(of_arrow),
         }
     }
 
@@ -172,13 +173,31 @@ impl<W: Write + Send> ColumnsFile<W> {
         if rows.is_empty() {
             return Ok(());
         }
-        let batch = batch(&self.columns, &self.schema, &rows).map_err(io::Error::other)?;
+        let batch = batch(&self.columns, &self.schema, &rows).map_err(of_arrow)?;
         match &mut self.sink {
             Sink::Parquet(file) => file
                 .write(&batch)
                 .and_then(|()| file.flush())
-                .map_err(io::Error::other),
-            Sink::Arrow(stream) => stream.write(&batch).map_err(io::Error::other),
+                .map_err(of_parquet),
+            Sink::Arrow(stream) => stream.write(&batch).map_err(of_arrow),
         }
+    }
+}
+
+/// What the system said, where it was that: a pipe that is closed is no error of the table.
+fn of_arrow(error: ArrowError) -> io::Error {
+    match error {
+        ArrowError::IoError(_, error) => error,
+        error => io::Error::other(error),
+    }
+}
+
+fn of_parquet(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(error) => match error.downcast::<io::Error>() {
+            Ok(error) => *error,
+            Err(error) => io::Error::other(error),
+        },
+        error => io::Error::other(error),
     }
 }

@@ -33,6 +33,7 @@ mod generate;
 mod generate_resume;
 mod generate_together;
 mod hostile;
+mod hugging_face;
 mod index;
 mod inspecting;
 mod interrupted;

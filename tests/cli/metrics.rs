@@ -249,9 +249,8 @@ fn parquet_reads_back_as_the_csv_table() {
 #[test]
 fn the_format_follows_the_name_of_the_file_unless_it_is_said() {
     let home = Home::new();
-    home.run(&["metrics", CUT_IN, "--format", "parquet"])
-        .status(2)
-        .says(&["Parquet", "-o FILE"]);
+    let piped = home.run(&["metrics", CUT_IN, "--format", "parquet"]);
+    assert!(piped.status(0).stdout.starts_with("PAR1"));
     let read = |name: &str| std::fs::read(home.files().join(name)).unwrap();
     for (name, format) in [("a.csv", "csv"), ("a.jsonl", "json"), ("a.JSON", "json")] {
         home.run(&["metrics", CUT_IN, "-o", name]).status(0);
@@ -275,9 +274,8 @@ fn the_format_follows_the_name_of_the_file_unless_it_is_said() {
     }
     let piped = home.run(&["metrics", CUT_IN, "-o", "-"]).status(0).stdout;
     assert_eq!(piped.as_bytes(), read("a.csv"));
-    home.run(&["metrics", CUT_IN, "-o", "-", "--format", "parquet"])
-        .status(2)
-        .says(&["Parquet", "-o FILE"]);
+    let piped = home.run(&["metrics", CUT_IN, "-o", "-", "--format", "parquet"]);
+    assert!(piped.status(0).stdout.starts_with("PAR1"));
     assert!(!home.files().join("-").exists());
     home.write("folder/keep", "");
     home.run(&["metrics", CUT_IN, "-o", "folder", "--overwrite"])

@@ -1,6 +1,7 @@
 //! `nearmiss runs export`: writes stored runs, and batches with their questions, to a file.
 
 mod chat;
+mod hugging_face;
 
 pub use chat::ChatManifest;
 
@@ -56,6 +57,10 @@ enum Format {
     /// Examples for fine-tuning: right answers with checked claims as chats (system, user, assistant), in the folder
     /// -o: train.jsonl, validation.jsonl, and manifest.json with their origin. See `nearmiss help fine-tuning`.
     Chat,
+    /// The batch of --batch as a data set for the Hugging Face Hub, in the folder -o: card, questions and answers as
+    /// Parquet, and eval.yaml, which makes it a benchmark. See `nearmiss help store`.
+    #[value(name = "huggingface")]
+    HuggingFace,
     /// The batch of --batch (b7, last, or an experiment file that was run) with its answers, truth and templates as one
     /// file for other machines, BATCH.nearmiss. See `nearmiss help bundles`.
     Bundle,
@@ -97,12 +102,18 @@ pub fn run(arguments: &Export) -> Outcome {
             "{option} is an option of --format bundle"
         )));
     }
+    if format == Format::HuggingFace {
+        arguments.spreadsheet.check(false)?;
+        return data_set(arguments);
+    }
     let format = match format {
         Format::Json => output::Format::Json,
         Format::Csv => output::Format::Csv,
         Format::Arrow => output::Format::Arrow,
         // The others are written above.
-        Format::Parquet | Format::Chat | Format::Bundle => output::Format::Parquet,
+        Format::Parquet | Format::Chat | Format::HuggingFace | Format::Bundle => {
+            output::Format::Parquet
+        }
     };
     output::check_format(format, file)?;
     arguments.spreadsheet.check(format == output::Format::Csv)?;
@@ -238,6 +249,25 @@ fn chats(arguments: &Export) -> Outcome {
     let locked = arguments.unlock.locked(&store, numbers)?;
     let place = (arguments.output.file(), arguments.output.overwrites());
     chat::run(&arguments.chat, place, &store, runs, &locked)
+}
+
+/// Writes a batch as a data set.
+fn data_set(arguments: &Export) -> Outcome {
+    let store = arguments.unlock.store()?;
+    let filter = arguments.filters.in_store(&store)?;
+    let batches = match &filter.batch {
+        Some(_) => chosen_batches(&store, &filter)?,
+        None => Vec::new(),
+    };
+    let [batch] = &batches[..] else {
+        return Err(Failure::input(
+            "a data set holds one whole batch: --batch ID, without other filters",
+        ));
+    };
+    let mut runs = Vec::new();
+    add_answers(&store, &batches, &mut runs)?;
+    let locked = arguments.unlock.locked(&store, runs)?;
+    hugging_face::run(&arguments.output, &store, batch, &locked)
 }
 
 /// The batches that are exported with these runs, the oldest first: all without a filter, the one that is chosen where

@@ -3,6 +3,7 @@
 //! `nearmiss_workflow::batch` asks them.
 
 mod answer_set;
+mod data_set;
 mod experiment;
 mod matrix;
 mod prepared;
@@ -16,6 +17,9 @@ mod windows;
 pub use answer_set::{
     AnswerSet, BatchPart, BatchResults, CountingChoice, Judgement, Judgements, OtherTruth,
     UnjudgedScenario, counted, offers, with_judge_verdicts,
+};
+pub use data_set::{
+    DataSetAnswer, DataSetCard, DataSetFacts, DataSetQuestion, DataSetRow, DataSetRows, LeftOut,
 };
 pub use experiment::{ContentHash, Experiment, HASH_DIGITS, TemplatePin, TuneSettings};
 pub use matrix::{Shard, Split};
