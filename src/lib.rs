@@ -125,3 +125,8 @@ pub use nearmiss_store as store;
 pub use nearmiss_study::{evaluation, paper, tools};
 pub use nearmiss_tui as tui;
 pub use nearmiss_workflow as workflow;
+
+/// That of musl makes threads wait for each other: an index of many files takes twice the time.
+#[cfg(target_env = "musl")]
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
