@@ -19,6 +19,10 @@ import warnings
 import nearmiss
 
 PROGRAM = os.environ["NEARMISS"]
+
+# A shell starts what runs in its background with the signal ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 CUT_IN = "ZAM_CutIn-1_1_T-1"
 
 

@@ -14,6 +14,9 @@ import unittest
 import nearmiss
 
 PROGRAM = os.environ["NEARMISS"]
+
+# A shell starts what runs in its background with the signal ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 MERGE, CUT_IN = "ZAM_Merge-1_1_T-1", "ZAM_CutIn-1_1_T-1"
 
 # Times that are measured, and what the command says of itself and of its files.
@@ -110,8 +113,10 @@ class Drives(unittest.TestCase):
         scenario = nearmiss.open(CUT_IN)
         with self.assertRaisesRegex(Lost, "no lane"):
             nearmiss.plan(scenario, loses_its_way)
+        with self.assertRaisesRegex(TypeError, "returned None, not a dict"):
+            nearmiss.plan(scenario, lambda message: None)
         for planner, error in [
-            (lambda message: None, "nonsense"),
+            (lambda message: {"type": "hello"}, "nonsense"),
             (lambda message: {**straight(message), "states": []}, "empty"),
             (lambda message: time.sleep(1), "cycle_timeout"),
         ]:
