@@ -1,7 +1,6 @@
 //! Arguments that may be named in several ways, and what is said of those that are none of them.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use nearmiss_workflow::span::At;
 use pyo3::exceptions::PyTypeError;
@@ -36,7 +35,7 @@ pub enum Moment {
     /// Seconds since step 0.
     Seconds(f64),
     /// The same as a `datetime.timedelta`.
-    Time(Duration),
+    Time(Timedelta),
     /// `worst`, `worst:ttc`, or `3.2s`.
     Named(String),
 }
@@ -58,10 +57,38 @@ impl Moment {
     pub fn at(self) -> Result<At, Problem> {
         Ok(match self {
             Self::Step(step) => At::Step(step),
-            Self::Seconds(seconds) => At::Seconds(seconds),
-            Self::Time(time) => At::Seconds(time.as_secs_f64()),
+            Self::Seconds(seconds) | Self::Time(Timedelta(seconds)) if seconds.is_finite() => {
+                At::Seconds(seconds)
+            }
+            Self::Seconds(seconds) | Self::Time(Timedelta(seconds)) => {
+                return Err(Problem::new(format!("at: {seconds} is no time")));
+            }
             Self::Named(word) => of_keyword("at", word.parse())?,
         })
+    }
+}
+
+/// A duration, seconds; one of pandas, too, and one that is negative.
+pub struct Timedelta(f64);
+
+impl<'py> FromPyObject<'_, 'py> for Timedelta {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        given.call_method0("total_seconds")?.extract().map(Self)
+    }
+}
+
+/// A keyword that has to be a positive number where it is said.
+///
+/// # Errors
+/// It is none.
+pub fn positive(keyword: &str, value: Option<f64>) -> Result<(), Problem> {
+    match value {
+        Some(value) if !(value.is_finite() && value > 0.0) => Err(Problem::new(format!(
+            "{keyword}: expected a positive number"
+        ))),
+        _ => Ok(()),
     }
 }
 

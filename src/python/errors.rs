@@ -29,6 +29,14 @@ impl Problem {
         }
     }
 
+    /// The same of one of several.
+    pub fn and_more(mut self, others: usize) -> Self {
+        if others > 0 {
+            self.said = format!("{} (and {others} more)", self.said);
+        }
+        self
+    }
+
     /// The same without the folder of a table that was in memory.
     pub fn without_folder(mut self, folder: &std::path::Path) -> Self {
         let folder = format!("{}/", folder.display());
@@ -47,7 +55,7 @@ pub fn of_keyword<T>(keyword: &str, read: Result<T, impl std::fmt::Display>) -> 
 
 /// Words about options of the command line as words about keywords.
 pub fn in_python(said: &str) -> String {
-    const OPTIONS: [(&str, &str); 10] = [
+    const OPTIONS: [(&str, &str); 12] = [
         ("--map FILE", "map=FILE"),
         ("--rate HZ", "rate=HZ"),
         ("--columns ROLE=COLUMN", "columns=\"ROLE=COLUMN\""),
@@ -56,8 +64,10 @@ pub fn in_python(said: &str) -> String {
         ("--obstacle ID", "obstacle=ID"),
         ("--task ", "task="),
         ("--set ", ""),
-        ("--history", "history="),
-        ("--at", "at="),
+        ("--rate", "rate="),
+        ("--at and --history", "at= and history="),
+        ("--history ", "history="),
+        ("--at ", "at="),
     ];
     let mut said = said.to_string();
     for (option, keyword) in OPTIONS {

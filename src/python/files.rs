@@ -1,7 +1,7 @@
 //! Files: opening one, finding many, and tables over many.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Once};
+use std::sync::{Arc, Mutex, Once, PoisonError};
 
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{
@@ -16,9 +16,11 @@ use nearmiss_workflow::{
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use tempfile::TempDir;
 
 use crate::arguments::{Ego, Names, Paths};
-use crate::errors::{Error, Problem, in_python};
+use crate::errors::{Problem, in_python};
 use crate::scenario::{Scenario, index_options, measures_of};
 use crate::settings::{User, named_measures};
 use crate::table::Table;
@@ -182,6 +184,50 @@ pub fn warn(py: Python<'_>, words: &str) -> PyResult<()> {
     PyErr::warn(py, &kind, &words, 1)
 }
 
+/// The threads of this process: those of the process that it was forked from are not there.
+fn processors() -> Result<Arc<ThreadPool>, Problem> {
+    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+    let own = std::process::id();
+    let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*pool {
+        Some((process, pool)) if *process == own => Ok(Arc::clone(pool)),
+        _ => {
+            let made = ThreadPoolBuilder::new().build().map_err(Problem::new)?;
+            let made = Arc::new(made);
+            // Threads that are not there cannot be ended.
+            std::mem::forget(pool.replace((own, Arc::clone(&made))));
+            Ok(made)
+        }
+    }
+}
+
+/// A folder of a scenario in memory; a process that was forked leaves it to the one that made it.
+pub struct OwnFolder {
+    folder: Option<TempDir>,
+    process: u32,
+}
+
+impl OwnFolder {
+    fn new() -> Result<Self, Problem> {
+        Ok(Self {
+            folder: Some(tempfile::tempdir().map_err(Problem::new)?),
+            process: std::process::id(),
+        })
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.as_ref().map_or(Path::new(""), TempDir::path)
+    }
+}
+
+impl Drop for OwnFolder {
+    fn drop(&mut self) {
+        if self.process != std::process::id() {
+            let _ = self.folder.take().map(TempDir::keep);
+        }
+    }
+}
+
 /// What of each scenario is worked out at once, in their order; one that fails is a warning, and an error where all do.
 fn of_each<T: Send + 'static>(
     py: Python<'_>,
@@ -196,8 +242,9 @@ fn of_each<T: Send + 'static>(
             }
             reader.open(entry).and_then(|scenario| work(&scenario))
         };
-        entries.par_iter().map(one).collect::<Vec<_>>()
-    })?;
+        let all = || entries.par_iter().map(one).collect::<Vec<_>>();
+        processors().map(|pool| pool.install(all))
+    })??;
     let (all, mut made, mut failed) = (done.len(), Vec::new(), Vec::new());
     for one in done {
         match one {
@@ -206,17 +253,7 @@ fn of_each<T: Send + 'static>(
         }
     }
     if made.is_empty() && !failed.is_empty() {
-        let more = if all > 1 {
-            format!(" (and {} more)", all - 1)
-        } else {
-            String::new()
-        };
-        let first = failed.remove(0);
-        return Err(if all == 1 {
-            first.into()
-        } else {
-            Error::new_err(format!("{first}{more}"))
-        });
+        return Err(failed.remove(0).and_more(all - 1).into());
     }
     for problem in failed {
         warn(py, &problem.to_string())?;
@@ -344,7 +381,7 @@ impl Reader {
                 "name {name:?}: expected a plain name"
             )));
         }
-        let folder = tempfile::tempdir().map_err(Problem::new)?;
+        let folder = OwnFolder::new()?;
         let file = folder.path().join(name);
         let written = write(&file).and_then(|()| self.open(&Entry::of_file(&file)));
         let opened = written.map_err(|problem| problem.without_folder(folder.path()))?;

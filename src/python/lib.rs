@@ -47,6 +47,10 @@ mod _nearmiss {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // Those without a place have none.
+        let error = module.getattr("Error")?;
+        error.setattr("file", module.py().None())?;
+        error.setattr("line", module.py().None())?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

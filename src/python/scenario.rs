@@ -17,10 +17,10 @@ use nearmiss_workflow::tables::{
 use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, SimulatedEgo, Verdicts};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tempfile::TempDir;
 
-use crate::arguments::{Moment, Names};
+use crate::arguments::{Moment, Names, positive};
 use crate::errors::Problem;
+use crate::files::OwnFolder;
 use crate::settings::{User, named_measures};
 use crate::table::Table;
 use crate::window::{Asked, Named, Window, description, json};
@@ -44,7 +44,7 @@ pub struct Scenario {
     /// The user's thresholds.
     pub thresholds: Arc<Thresholds>,
     /// What holds its file, where it came from a table in memory.
-    pub folder: Option<Arc<TempDir>>,
+    pub folder: Option<Arc<OwnFolder>>,
 }
 
 impl Scenario {
@@ -373,6 +373,7 @@ impl Scenario {
         radius: Option<f64>,
         measures: &[&'static Measure],
     ) -> Result<Table, Problem> {
+        positive("radius", radius)?;
         let scene = self.scene()?;
         let context = Context::under(scene, &self.thresholds);
         let file = RowFile::new(&self.entry, scene);
@@ -432,9 +433,7 @@ pub fn index_options(
 ) -> Result<IndexOptions, Problem> {
     let usual = default_index_options();
     for (name, value) in [("length", length), ("stride", stride), ("radius", radius)] {
-        if value.is_some_and(|value| !(value.is_finite() && value > 0.0)) {
-            return Err(Problem::new(format!("{name}: expected a positive number")));
-        }
+        positive(name, value)?;
     }
     Ok(IndexOptions {
         length: length.unwrap_or(usual.length),

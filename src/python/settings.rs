@@ -1,5 +1,7 @@
 //! What the user's configuration says, as commands read it.
 
+use std::collections::HashSet;
+
 use nearmiss_ask::prompts::Defaults;
 use nearmiss_base::system::unknown;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
@@ -112,5 +114,12 @@ pub fn named_measures(names: Option<Names>) -> Result<Vec<&'static Measure>, Pro
         measure(&name)
             .ok_or_else(|| Problem::new(unknown("measure", &name, measures().map(|m| m.id))))
     };
-    names.all().into_iter().map(named).collect()
+    let mut found = names
+        .all()
+        .into_iter()
+        .map(named)
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut seen = HashSet::new();
+    found.retain(|measure| seen.insert(measure.id));
+    Ok(found)
 }

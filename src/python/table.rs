@@ -1,7 +1,6 @@
 //! Tables, given and taken as Arrow streams by the PyCapsule interface. The only file with unsafe code.
 
 use std::ffi::CStr;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,6 +10,7 @@ use arrow_array::types::{DurationMicrosecondType, Float64Type, Int64Type};
 use arrow_array::{ArrayRef, RecordBatch, RecordBatchIterator, RecordBatchReader};
 use arrow_ipc::writer::FileWriter;
 use arrow_schema::{ArrowError, DataType, SchemaRef};
+use nearmiss_base::system::NewFile;
 use nearmiss_record::{Clock, Row, escaped_html};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
@@ -18,6 +18,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyCapsuleMethods, PyDict, PyList};
 
 use crate::errors::Problem;
+use crate::work;
 
 const STREAM: &CStr = c"arrow_array_stream";
 
@@ -70,8 +71,10 @@ impl Table {
             .map(|(place, _)| place)
             .collect();
         let batches = reader.map(|batch| batch?.project(&kept));
+        // A stream may hold other columns than it says.
+        let batches = work::caught(|| batches.collect::<Result<_, _>>())?;
         Ok(Self {
-            batches: batches.collect::<Result<_, _>>().map_err(Problem::new)?,
+            batches: batches.map_err(Problem::new)?,
             schema: Arc::new(schema.project(&kept).map_err(Problem::new)?),
         })
     }
@@ -117,13 +120,14 @@ impl Table {
     /// # Errors
     /// The file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), Problem> {
-        let file = File::create(path).map_err(|error| named(path, &error))?;
+        let file = NewFile::begin(path, true).map_err(Problem::new)?;
         let broken = |error: ArrowError| named(path, &std::io::Error::other(error));
         let mut writer = FileWriter::try_new(file, &self.schema).map_err(broken)?;
         for batch in &self.batches {
             writer.write(batch).map_err(broken)?;
         }
-        writer.finish().map_err(broken)
+        let file = writer.into_inner().map_err(broken)?;
+        file.finish().map_err(Problem::new)
     }
 }
 
@@ -133,10 +137,10 @@ fn reader(object: &Bound<'_, PyAny>) -> PyResult<RecordBatchStreamReader> {
     let py = object.py();
     let source = if object.hasattr("__arrow_c_stream__")? {
         object.clone()
-    } else if object.hasattr("__arrow_c_array__")? || object.hasattr("iloc")? {
+    } else if object.hasattr("__arrow_c_array__")? || object.hasattr("to_parquet")? {
         // A batch alone, and pandas before 2.2, stream by pyarrow, which both need to be there at all.
         let arrow = py.import("pyarrow")?;
-        if object.hasattr("iloc")? {
+        if object.hasattr("to_parquet")? {
             arrow
                 .getattr("Table")?
                 .call_method1("from_pandas", (object,))?
@@ -154,7 +158,9 @@ fn reader(object: &Bound<'_, PyAny>) -> PyResult<RecordBatchStreamReader> {
     };
     let given = source.call_method0("__arrow_c_stream__")?;
     let capsule = given.cast::<PyCapsule>()?;
-    let pointer = capsule.pointer_checked(Some(STREAM))?;
+    let pointer = capsule.pointer_checked(Some(STREAM)).map_err(|_| {
+        PyTypeError::new_err("__arrow_c_stream__ gave another capsule than arrow_array_stream")
+    })?;
     // SAFETY: the capsule has this name, so it holds a stream of Arrow's C interface, which stays there as long as the
     // capsule. `from_raw` moves the stream out and leaves a released one behind, as the interface asks of consumers.
     let stream = unsafe { FFI_ArrowArrayStream::from_raw(pointer.cast().as_ptr()) };

@@ -233,7 +233,8 @@ pub fn read_verdict<'py>(
     window: &Window,
     answer: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let reading = verdict::read(window.question.case.task, answer);
+    let (task, answer) = (window.question.case.task, answer.to_string());
+    let reading = work::run(py, move |_| verdict::read(task, &answer))?;
     said(py, &reading.map_err(Problem::new)?.said)
 }
 

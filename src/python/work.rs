@@ -47,6 +47,14 @@ pub fn run<T: Send + 'static>(
     }
 }
 
+/// Does what may panic on the bytes of others.
+///
+/// # Errors
+/// It panicked.
+pub fn caught<T>(work: impl FnOnce() -> T) -> PyResult<T> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| panicked(&*panic))
+}
+
 fn wait<T>(receiver: Receiver<T>) -> (Result<T, RecvTimeoutError>, Receiver<T>) {
     (receiver.recv_timeout(POLL), receiver)
 }

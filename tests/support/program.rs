@@ -74,6 +74,13 @@ impl Home {
         self.run_with(arguments, &[])
     }
 
+    /// What a run that succeeds prints, which need not be text.
+    pub fn bytes(&self, arguments: &[&str]) -> Vec<u8> {
+        let ended = self.command().args(arguments).output().unwrap();
+        assert!(ended.status.success(), "{ended:?}");
+        ended.stdout
+    }
+
     /// Like [`Home::run`], with variables in the environment.
     pub fn run_with(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Ended {
         let mut command = self.command();
