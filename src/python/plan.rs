@@ -228,8 +228,8 @@ impl Chosen {
             }
             None => None,
             Some(Planner::Named(said)) => {
-                let process = (timeout, Clock::Simulated);
-                let choice = PlannerChoice::named(&said, "planner ", &user.config, process);
+                let (config, clock) = (&user.config, Clock::Simulated);
+                let choice = PlannerChoice::named(&said, "planner ", config, timeout, clock);
                 Some(choice.map_err(Problem::new)?)
             }
             Some(Planner::Function(function)) if function.is_callable() => {

@@ -110,6 +110,7 @@ class Tables(unittest.TestCase):
         self.assertTrue(table.columns["time"].endswith("[s]"))
         self.assertIsInstance(table.rows()[0]["time"], datetime.timedelta)
         self.assertIn(f"<p>{len(table)} rows</p>", table._repr_html_())
+        self.assertEqual(list(nearmiss.open(CUT_IN).measures(["ttc", "ttc"]).columns).count("ttc"), 1)
         self.assertEqual(nearmiss.open(CUT_IN).measures("ttc").rows(), nearmiss.open(CUT_IN).measures(["ttc"]).rows())
 
     def test_a_table_becomes_a_file_that_opens(self):
@@ -203,6 +204,9 @@ class Errors(unittest.TestCase):
             (lambda: scenario.figure("best"), "worst"),
             (lambda: scenario.measures().write("measures.csv"), ".arrow"),
             (lambda: scenario.windows(length=0), "positive"),
+            (lambda: scenario.measures(radius=float("nan")), "positive"),
+            (lambda: scenario.window(at=float("nan")), "no time"),
+            (lambda: scenario.window(at=datetime.timedelta(days=-1)), "steps 0 to 90"),
             (lambda: nearmiss.open(CUT_IN, ego=999), "999"),
             (lambda: nearmiss.ask(scenario.window(), "nobody/x", store=False), "nobody"),
         ]
@@ -232,6 +236,35 @@ class Errors(unittest.TestCase):
             self.assertTrue(any("bad.xml" in str(one.message) for one in said))
             with self.assertRaises(nearmiss.Error):
                 nearmiss.measures(bad)
+
+    def test_errors_without_a_place_say_so(self):
+        self.assertEqual((nearmiss.Error("x").file, nearmiss.Error("x").line), (None, None))
+        with tempfile.TemporaryDirectory() as folder:
+            files = [pathlib.Path(folder) / f"{name}.xml" for name in "ab"]
+            for file in files:
+                file.write_text("<commonRoad>")
+            with self.assertRaises(nearmiss.Error) as raised:
+                nearmiss.measures(files)
+            self.assertEqual(raised.exception.file, str(files[0]))
+            self.assertIn("(and 1 more)", str(raised.exception))
+
+    def test_a_forked_process_works_on(self):
+        wanted = len(nearmiss.measures(nearmiss.scenarios(), "ttc"))
+        scenario = nearmiss.from_tracks(nearmiss.open(CUT_IN).tracks())
+        child = os.fork()
+        if child == 0:
+            found = len(nearmiss.measures(nearmiss.scenarios(), "ttc"))
+            del scenario
+            os._exit(0 if found == wanted else 1)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+        self.assertTrue(os.path.exists(scenario.file))
+
+    def test_a_table_is_written_to_a_file_alone(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pipe = os.path.join(folder, "pipe.arrow")
+            os.mkfifo(pipe)
+            with self.assertRaises(nearmiss.Error):
+                nearmiss.open(CUT_IN).tracks().write(pipe)
 
     def test_ctrl_c_stops(self):
         begun = time.monotonic()
@@ -264,7 +297,8 @@ class Words(unittest.TestCase):
             self.assertTrue(thing.__doc__, name)
             if isinstance(thing, type):
                 for method, found in vars(thing).items():
-                    if not method.startswith("_"):
+                    # The class has None where an error has its place.
+                    if not method.startswith("_") and found is not None:
                         self.assertTrue(found.__doc__, f"{name}.{method}")
         self.assertIn("Measure, judge and endanger", pydoc.render_doc(nearmiss))
 

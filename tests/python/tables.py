@@ -64,6 +64,18 @@ class Libraries(unittest.TestCase):
             for key in ("step", "severity", "obstacle", "what"):
                 self.assertEqual(again.worst()[key], worst[key], f"{key} of {kind}")
 
+    def test_a_stream_that_lies_is_an_error(self):
+        schema = pyarrow.table(nearmiss.open(NAMES[0]).tracks()).schema
+        lies = pyarrow.RecordBatchReader.from_batches(schema, iter([pyarrow.record_batch({"q": [1]})]))
+
+        class Other:
+            def __arrow_c_stream__(self, requested_schema=None):
+                return schema.__arrow_c_schema__()
+
+        for stream, kind in [(lies, Exception), (Other(), TypeError)]:
+            with self.assertRaises(kind):
+                nearmiss.from_tracks(stream)
+
     def test_columns_are_named(self):
         frame = pandas.DataFrame({"t": [0, 0, 100, 100], "who": [1, 2, 1, 2], "x": [0.0, 9, 1, 9], "y": [0.0] * 4})
         scenario = nearmiss.from_tracks(frame, columns="time=t[ms],id=who", name="mine")

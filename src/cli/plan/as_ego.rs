@@ -40,9 +40,8 @@ pub fn named(said: &str) -> Option<&str> {
 /// There is no such planner, no scenario could be driven, the drives cannot be kept, or the user asked for an end.
 pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoSelection, Failure> {
     let (folders, config) = configuration()?;
-    let usual = (None, Clock::default());
-    let planner =
-        PlannerChoice::named(said, "--ego planner:", &config, usual).map_err(Failure::input)?;
+    let planner = PlannerChoice::named(said, "--ego planner:", &config, None, Clock::default())
+        .map_err(Failure::input)?;
     let settings = settings(&config);
     let mut kept = CachedDrives::default();
     kept.drive(&planner, problem, entries, &settings)?;

@@ -159,7 +159,7 @@ impl PlannerOptions {
         } else {
             Clock::Simulated
         };
-        PlannerChoice::named(said, "--planner ", config, (timeout, clock)).map_err(Failure::input)
+        PlannerChoice::named(said, "--planner ", config, timeout, clock).map_err(Failure::input)
     }
 }
 

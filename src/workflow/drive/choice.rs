@@ -35,7 +35,8 @@ impl PlannerChoice {
         said: &str,
         option: &str,
         config: &Config,
-        (timeout, clock): (Option<f64>, Clock),
+        timeout: Option<f64>,
+        clock: Clock,
     ) -> Result<Self, String> {
         let name = visible(said).into_owned();
         if said == BUILT_IN {
