@@ -102,6 +102,16 @@ pub enum Paths {
 
 forms!(Paths, "a path or a list of paths", One, Many);
 
+impl Paths {
+    /// All of them.
+    pub fn all(self) -> Vec<PathBuf> {
+        match self {
+            Self::One(path) => vec![path],
+            Self::Many(paths) => paths,
+        }
+    }
+}
+
 /// One name or many.
 pub enum Names {
     /// A name.

@@ -96,7 +96,7 @@ impl Variant {
 /// limit, as far as vehicles can.
 ///
 /// planner, problem and more keywords: who is attacked and how it is driven, as of `nearmiss.plan`. An exception of a
-/// function under an attack is the outcome planner_error: that breaks it.
+/// function that an attack causes is the outcome planner_error; one without an attack comes out of here.
 #[pyfunction]
 #[pyo3(signature = (scenario, *, attacker=None, wish=None, attackers=None, candidates=None, seed=None, survive=None, style=None, planner=None, problem=None, **settings))]
 #[allow(clippy::too_many_arguments)]

@@ -139,7 +139,8 @@ pub fn open(
 /// warning.
 #[pyfunction]
 #[pyo3(signature = (*paths))]
-pub fn scenarios(py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<Vec<String>> {
+pub fn scenarios(py: Python<'_>, paths: Vec<Paths>) -> PyResult<Vec<String>> {
+    let paths = Vec::from_iter(paths.into_iter().flat_map(Paths::all));
     let entries = if paths.is_empty() {
         bundled()
     } else {
@@ -162,10 +163,7 @@ fn address(entry: &Entry) -> String {
 
 /// The entries at paths; what was passed over is a warning.
 fn found(py: Python<'_>, _reader: &Reader, paths: Paths) -> PyResult<Vec<Entry>> {
-    let paths = match paths {
-        Paths::One(path) => vec![path],
-        Paths::Many(paths) => paths,
-    };
+    let paths = paths.all();
     let found = work::run(py, move |_| {
         let known = paths.iter().map(|path| resolved(path));
         find(&known.collect::<Result<Vec<_>, _>>()?).map_err(Problem::new)
@@ -366,7 +364,13 @@ impl Reader {
         self.in_memory(&format!("{name}.arrow"), |file| {
             table.save(file)?;
             // A table that is none of tracks is to be told what it lacks, not which files there are.
-            Ok(self.reading(|| check_table(file))?)
+            self.reading(|| check_table(file)).map_err(|error| {
+                if error.message == "no table of tracks" {
+                    Problem::new("no table of tracks: it needs columns for time, id, x and y; columns=\"id=car,time=t[s]\" names them")
+                } else {
+                    error.into()
+                }
+            })
         })
     }
 

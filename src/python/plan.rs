@@ -64,6 +64,7 @@ impl Drive {
 /// function. A function gets a `plan` message of the protocol each cycle as a dict, with the `hello` of the drive as
 /// message["hello"], and returns a `trajectory` or an `error` as a dict (`nearmiss help planners` tells their keys):
 ///
+/// >>> import math
 /// >>> def straight(message):
 /// ...     ego, dt = message["ego"], message["hello"]["dt"]
 /// ...     way = [k * dt * ego["velocity"] for k in range(30)]
@@ -74,7 +75,8 @@ impl Drive {
 /// >>> nearmiss.plan(scenario, straight).record["outcome"]
 ///
 /// Its attribute `ready`, a dict, says what it wants, such as straight.ready = {"predictions": True, "history": 5}. Its
-/// exceptions come out of `plan`; an answer that cannot be driven is the outcome planner_error, as of a process.
+/// exceptions come out of `plan`; an answer that is none, or cannot be driven, is the outcome planner_error, as of a
+/// process, and record["note"] says why.
 ///
 /// problem: id of the planning problem; None for that of the recorded ego, else the first. traffic: recorded or reactive.
 /// More keywords are settings of [planner] in config.toml: prediction, rules, replan, horizon, vehicle; timeout is of a

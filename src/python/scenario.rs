@@ -291,7 +291,7 @@ impl Scenario {
 
     /// The map at a moment, and plots of measures below it; a notebook shows it.
     ///
-    /// at: a time step, seconds, a timedelta or "worst"; None for the moment that matters. plot: names of measures. ego_up: the
+    /// at: a time step, seconds, a timedelta, "worst" or "worst:ttc"; None for the moment that matters. plot: names of measures. ego_up: the
     /// ego drives upwards, not north.
     #[pyo3(signature = (at=None, *, plot=None, ego_up=false))]
     fn figure(

@@ -27,7 +27,7 @@ const SHOWN: usize = 10;
 
 /// A table of Arrow batches.
 ///
-/// `table.to_pandas()`, `table.to_polars()`, `pyarrow.table(table)` and `duckdb.sql("from table_1")` take it as it is. Without
+/// `table.to_pandas()`, `table.to_polars()`, `pyarrow.table(table)` and DuckDB by the name of the variable take it as it is. Without
 /// any of them `table.rows()` gives a dict a row. Moments of the recording are durations; units and meanings of columns are in `table.columns` and in the metadata of Arrow's fields.
 #[pyclass(frozen, module = "nearmiss")]
 pub struct Table {
@@ -270,7 +270,7 @@ impl Table {
         ))
     }
 
-    /// Writes it as an Arrow IPC file (.arrow or .feather), which polars, pandas, DuckDB and nearmiss read.
+    /// Writes it as an Arrow IPC file (.arrow or .feather), which polars and pandas read, and nearmiss where it is one of tracks.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let ending = path.extension().and_then(|ending| ending.to_str());
         if !matches!(ending, Some("arrow" | "feather")) {

@@ -17,6 +17,7 @@ use nearmiss_workflow::{
     AskDocument, AskRequest, Models, QuestionRequest, Server, ask as ask_model,
     configured_experiment, described, question,
 };
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
@@ -197,8 +198,8 @@ pub fn prompt<'py>(py: Python<'py>, window: &Window) -> PyResult<Bound<'py, PyAn
     json(py, &window.question.messages())
 }
 
-/// The built-in judge's verdict on a window, from exact geometry: a dict with `dangerous`, `obstacles` (id, risk_score from 0
-/// to 5, reason), `critical_obstacles`, `probability` and `justification`; beside `dangerous` stands the word of the task:
+/// The built-in judge's verdict on a window, from exact geometry: a dict with `dangerous`, `obstacles` (id, risk_score from 0,
+/// a contact, to 5, none; reason), `critical_obstacles`, `probability` and `justification`; beside `dangerous` stands the word of the task:
 /// `collision`, `safety_critical` or `high_risk`.
 ///
 /// The tasks attacker and trajectory have no verdict.
@@ -342,15 +343,21 @@ pub fn check<'py>(
     py: Python<'py>,
     text: String,
     scenario: &Scenario,
-    window: Option<AboutSteps<'py>>,
+    window: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (steps, times) = match window {
         None => (None, TimeOrigin::default()),
-        Some(AboutSteps::Steps(first, last)) => (Some((first, last)), TimeOrigin::default()),
-        Some(AboutSteps::Window(window)) => {
-            let question = &window.get().question;
-            (Some(window.get().steps()), question.times())
-        }
+        Some(given) => match (given.cast::<Window>(), given.extract()) {
+            (Ok(window), _) => (Some(window.get().steps()), window.get().question.times()),
+            (_, Ok((first, last))) => (Some((first, last)), TimeOrigin::default()),
+            _ => {
+                let kind = given.get_type();
+                return Err(PyTypeError::new_err(format!(
+                    "window: expected a Window or (first step, last step), not {}",
+                    kind.name()?
+                )));
+            }
+        },
     };
     let scene = Arc::clone(scenario.scene()?);
     let found = work::run(py, move |_| {
@@ -366,15 +373,6 @@ pub fn check<'py>(
             .collect::<Vec<_>>()
     })?;
     json(py, &found)
-}
-
-/// What a text is about.
-#[derive(FromPyObject)]
-pub enum AboutSteps<'py> {
-    /// First and last step.
-    Steps(i64, i64),
-    /// A window.
-    Window(Bound<'py, Window>),
 }
 
 /// A claim with the truth beside it.
