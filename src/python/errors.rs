@@ -1,6 +1,5 @@
 //! Errors as one Python exception, with the file and line that they are about.
 
-use nearmiss_formats::EgoError;
 use nearmiss_formats::commonroad::ReadError;
 use nearmiss_workflow::OpenError;
 use pyo3::exceptions::PyException;
@@ -88,12 +87,6 @@ impl From<ReadError> for Problem {
             said: in_python(&error.to_string()),
             place: Some((error.file, error.line)),
         }
-    }
-}
-
-impl From<EgoError> for Problem {
-    fn from(error: EgoError) -> Self {
-        Self::new(error)
     }
 }
 

@@ -389,7 +389,7 @@ impl Scenario {
         let recorded = match &self.opened {
             // That of a drive is in no file.
             Ok(scene) if self.asked == SimulatedEgo::Planned => Some(scene.ego.clone()),
-            _ => self.entry.recorded_ego(&self.scenario)?,
+            _ => { self.entry.recorded_ego(&self.scenario) }.map_err(Problem::new)?,
         };
         let rows = window_rows(
             &self.entry,

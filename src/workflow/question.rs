@@ -44,34 +44,30 @@ pub struct QuestionRequest<'a> {
 /// # Errors
 /// There is no template or no such window, or the window cannot be described: in words.
 pub fn question(request: QuestionRequest<'_>) -> Result<Question, String> {
-    let QuestionRequest {
-        name,
-        scene,
-        task,
-        frame,
-        techniques,
-        span,
-        set,
-        library,
-        thresholds,
-        attack,
-    } = request;
-    let frame = frame.unwrap_or_else(|| default_frame(library, task));
+    let (task, library) = (request.task, request.library);
+    let frame = request
+        .frame
+        .unwrap_or_else(|| default_frame(library, task));
     let (_, chosen) = template(library, task, frame).map_err(|error| error.to_string())?;
-    let settings = span.settings(set, techniques, frame)?;
+    let settings = request
+        .span
+        .settings(request.set, request.techniques, frame)?;
     let decided = settings.with(&chosen.front.defaults);
-    let window = span.window(&scene, &thresholds, Some(task), decided.history)?;
+    let (scene, thresholds) = (&request.scene, &request.thresholds);
+    let window = request
+        .span
+        .window(scene, thresholds, Some(task), decided.history)?;
     let case = Case {
-        name,
+        name: request.name,
         task,
         frame,
         techniques: decided.techniques,
         window,
         options: decided.options,
-        thresholds: Arc::new(thresholds),
-        scene,
+        thresholds: Arc::new(request.thresholds),
+        scene: request.scene,
         horizon: Case::HORIZON,
-        attack,
+        attack: request.attack,
     };
     prepare(case, library, None).map_err(|error| match &error {
         CaseError::Text(text) => advised(text),

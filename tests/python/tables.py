@@ -87,6 +87,9 @@ class Libraries(unittest.TestCase):
             nearmiss.from_tracks(frame.drop(columns="y"), columns="time=t[ms],id=who")
         self.assertIn("y", str(raised.exception))
         self.assertNotIn("/tmp", str(raised.exception))
+        with self.assertRaises(nearmiss.Error) as raised:
+            nearmiss.from_tracks(frame.rename(columns={"t": "when", "y": "north"}).drop(columns="x"))
+        self.assertIn("columns for time, id, x and y", str(raised.exception))
         named = frame.assign(who=frame["who"].map({1: "lead", 2: "mine"}))
         self.assertEqual(nearmiss.from_tracks(named, columns="time=t[ms],id=who", ego="mine").ego, 2)
 

@@ -464,7 +464,7 @@ pub enum MapOfTable {
 /// How a file is to be read.
 fn plan(path: &Path, report: &Report) -> Result<Plan, ReadError> {
     let plan = Plan::of_file(path, &options(), report, Role::is_of_recordings)?;
-    let plan = plan.ok_or_else(|| report.fail("no table of tracks"))?;
+    let plan = plan.ok_or_else(|| report.fail("no table of tracks: it needs columns for time, id, x and y; --columns id=car,time=t[s] names them"))?;
     plan.check(report)?;
     Ok(plan)
 }
