@@ -1,5 +1,7 @@
-//! Planner, closed loop and generator: how an ego or an attacker drives.
+//! Drivers, planner, closed loop and generator: how an ego or an attacker drives.
 
+/// Models of a person at the wheel.
+pub mod driver;
 /// Making a safe scenario dangerous: attackers, the gate, avoidability.
 pub mod generation;
 /// A sampling-based motion planner.

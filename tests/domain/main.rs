@@ -5,6 +5,7 @@ mod bundled;
 mod claims;
 mod commonroad;
 mod crop;
+mod drivers;
 mod egos;
 mod generating;
 mod generation;

@@ -160,7 +160,7 @@ fn way_to(obstacle: &Obstacle, step: i64, dt: f64) -> Option<Sweep<'_>> {
 }
 
 /// The sides with which two bodies touch.
-pub(super) fn sides(a: &Placed<'_>, b: &Placed<'_>) -> (ContactSide, ContactSide) {
+pub(crate) fn sides(a: &Placed<'_>, b: &Placed<'_>) -> (ContactSide, ContactSide) {
     let middle = middle(a, b);
     (face(a, &middle), face(b, &middle))
 }

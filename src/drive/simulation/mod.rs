@@ -10,6 +10,7 @@ mod rollout;
 mod traffic;
 
 pub use closed_loop::{Control, DriveSpan, Driver, MOST_DRIVEN, MotionFault};
+pub(crate) use collision::sides;
 pub use collision::{Collision, ContactSide, EndOfDriveCheck};
 pub use external::{
     Answering, Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,

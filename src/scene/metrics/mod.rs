@@ -36,7 +36,8 @@ pub use risk::{RISK_LEVELS, RiskConvention, RiskLevel, RiskTable, ScoreAt, UNROU
 pub use scene_measures::{Headline, Nearest, SCENE_MEASURES, SceneMeasure};
 pub use series::Series;
 pub use severity::{
-    CriticalMoment, Grade, Hazard, Moments, PairMoments, SEVERITY_NAMES, critical_moments,
+    CriticalMoment, DrivenPath, Grade, Hazard, Moments, PairMoments, SEVERITY_NAMES,
+    critical_moments,
 };
 pub use thresholds::{Change, Threshold, ThresholdError, Thresholds};
 

@@ -36,7 +36,7 @@ impl Course {
 
 /// The way that a body drove, by arc length.
 #[derive(Debug, Clone)]
-pub(super) struct DrivenPath {
+pub struct DrivenPath {
     steps: Vec<i64>,
     /// Arc lengths at the steps, metres.
     lengths: Vec<f64>,
@@ -46,11 +46,15 @@ pub(super) struct DrivenPath {
     on: Vector,
 }
 
+/// Pieces on either side that are looked at together.
+const AROUND: usize = 8;
+
 /// Movements below this are noise at standstill, metres.
 const MIN_MOVEMENT: f64 = 1e-3;
 
 impl DrivenPath {
     /// The way through recorded places, in order of time.
+    #[must_use]
     pub fn from_motions(motions: impl Iterator<Item = (i64, Motion)>) -> Self {
         let mut path = Self {
             steps: Vec::new(),
@@ -85,8 +89,9 @@ impl DrivenPath {
         path
     }
 
-    /// The arc length at a step; of who stands still at every step, as that of a static obstacle.
-    fn length_at(&self, step: i64) -> Option<f64> {
+    /// The arc length (m) at a step; of who stands still at every step, as that of a static obstacle.
+    #[must_use]
+    pub fn length_at(&self, step: i64) -> Option<f64> {
         match self.steps.binary_search(&step) {
             Ok(place) => Some(self.lengths[place]),
             Err(_) if self.steps.len() == 1 => Some(0.0),
@@ -94,9 +99,67 @@ impl DrivenPath {
         }
     }
 
+    /// Arc length and offset to the left (m) of the place nearest to a point, straight on at both ends: nearest around
+    /// the piece `hint`, which becomes that of the place found.
+    #[must_use]
+    pub fn project_near(&self, point: &Point, hint: &mut usize) -> Option<(f64, f64)> {
+        let first = self.poses.first()?;
+        let pieces = self.poses.len() - 1;
+        let middle = (*hint).min(pieces.saturating_sub(1));
+        let (mut low, mut high) = (middle, (middle + 1).min(pieces));
+        let best = loop {
+            let found = (low..high).filter_map(|piece| {
+                self.foot(point, piece)
+                    .map(|(apart, at)| (apart, piece, at))
+            });
+            let best = found.min_by(|a, b| a.0.total_cmp(&b.0));
+            // Farther on either side while the nearest is at the edge.
+            let inside = best.is_some_and(|(_, piece, _)| {
+                (piece > low || low == 0) && (piece + 1 < high || high == pieces)
+            });
+            if inside || (low, high) == (0, pieces) {
+                break best;
+            }
+            (low, high) = (low.saturating_sub(AROUND), (high + AROUND).min(pieces));
+        };
+        match best {
+            Some((_, piece, at)) => {
+                *hint = piece;
+                Some(at)
+            }
+            // It never moved.
+            None => {
+                let away = point - first.position;
+                Some((away.dot(&self.on), self.on.perp(&away)))
+            }
+        }
+    }
+
+    /// How far a point is from a piece, and its foot there: arc length and offset to the left; the first and the last
+    /// piece go on.
+    fn foot(&self, point: &Point, piece: usize) -> Option<(f64, (f64, f64))> {
+        let (from, to) = (self.poses[piece].position, self.poses[piece + 1].position);
+        let length = self.lengths[piece + 1] - self.lengths[piece];
+        if length <= 0.0 {
+            return None;
+        }
+        let (unit, away) = ((to - from) / length, point - from);
+        let (s, d) = (away.dot(&unit), unit.perp(&away));
+        let least = if self.lengths[piece] <= 0.0 {
+            f64::NEG_INFINITY
+        } else {
+            0.0
+        };
+        let is_last = self.lengths.last() <= Some(&self.lengths[piece + 1]);
+        let most = if is_last { f64::INFINITY } else { length };
+        let on = s.clamp(least, most);
+        let apart = (s - on).hypot(d);
+        Some((apart, (self.lengths[piece] + on, apart.copysign(d))))
+    }
+
     /// How far a point is beside the way, straight on at its end, metres; nothing of one that lies before its begin: the
     /// recording does not tell where it came from.
-    pub fn aside(&self, point: &Point) -> Option<f64> {
+    pub(super) fn aside(&self, point: &Point) -> Option<f64> {
         let nearest = self.nearest(point);
         let before = self.poses.first().map(|first| {
             let away = point - first.position;
@@ -146,8 +209,9 @@ impl DrivenPath {
                 .is_some_and(|place| angle_between(place.heading, pose.heading).abs() <= CROSSING)
     }
 
-    /// Where the body is at an arc length, straight on at both ends, and the direction of the way there.
-    fn at(&self, length: f64) -> Option<Pose> {
+    /// Where the body is at an arc length (m), straight on at both ends, and the direction of the way there.
+    #[must_use]
+    pub fn at(&self, length: f64) -> Option<Pose> {
         let last = *self.poses.last()?;
         let end = *self.lengths.last()?;
         if length >= end {

@@ -38,7 +38,8 @@ use nearmiss_base::geometry::{Placed, Vector};
 
 use super::{Context, Encounter, plane};
 use crate::metrics::recorded::conflict;
-use course::{Course, DrivenPath};
+use course::Course;
+pub use course::DrivenPath;
 
 /// A course within this time and with at least this braking is a conflict, seconds and m/s².
 const CONFLICT: (f64, f64) = (3.0, 3.4);

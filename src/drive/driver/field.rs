@@ -1,0 +1,277 @@
+//! Everyone along the ego's own path around one event: worked out once for all drivers and all moments.
+
+use nearmiss_base::geometry::{Footprint, Placed, Point, Pose, Vector, angle_between};
+use nearmiss_scene::metrics::DrivenPath;
+use nearmiss_scene::scenario::{Motion, Participant, Scene};
+
+use super::competent::WANDERING;
+use super::model::{EXPECTATION, Seen, surprise};
+
+/// A stretch of a recording along the path of its ego.
+#[derive(Debug)]
+pub struct Field<'s> {
+    pub(super) scene: &'s Scene,
+    pub(super) path: DrivenPath,
+    /// The ego, recorded: arc length (m) and speed (m/s) at each step from `first` on.
+    pub(super) ego: Vec<(f64, f64)>,
+    pub(super) first: i64,
+    /// The last step that is looked at; those after the recording are continued with heading and speed kept.
+    pub(super) last: i64,
+    pub(super) dt: f64,
+    /// The ego's body along its heading, from its centre: rear and front, right and left, metres.
+    pub(super) own: [(f64, f64); 2],
+    pub(super) others: Vec<Other<'s>>,
+}
+
+/// Another road user of a field.
+#[derive(Debug)]
+pub(super) struct Other<'s> {
+    pub participant: Participant<'s>,
+    /// Its place at each step from the field's first on.
+    pub places: Vec<Option<Place>>,
+}
+
+/// Where another road user is at a step. Metres, m/s, radians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Its pose.
+    pub pose: Pose,
+    /// Its velocity.
+    pub velocity: Vector,
+    /// The middle of its body, by arc length.
+    pub along: f64,
+    /// The middle of its body, to the left of the path.
+    pub aside: f64,
+    /// Half of its body along the path.
+    pub half_long: f64,
+    /// Half of its body across the path.
+    pub half_lat: f64,
+    /// Its speed along the path.
+    pub speed: f64,
+    /// Its speed to the left across the path.
+    pub across: f64,
+    /// Its heading from that of the path.
+    pub turned: f64,
+    /// Whether heading and speed are known at this step, and not only later.
+    pub is_known: bool,
+}
+
+/// How long before an event a driver takes the wheel, seconds.
+const BEFORE: f64 = 5.0;
+
+/// How long after an event is looked at, seconds.
+pub(super) const AFTER: f64 = 4.0;
+
+/// Others are looked at within this of the box around the ego's path, metres.
+const AROUND: f64 = 20.0;
+
+/// The change of speed that a driver sees is that of this time, seconds: the risk evaluation time of UN Regulation 157.
+const EVALUATION: f64 = 0.4;
+
+/// Who is narrower hides nobody, metres: half of a width.
+const HIDING: f64 = 0.7;
+
+impl<'s> Field<'s> {
+    /// The field around an event at a step: from 5 s before it to 4 s after it. `None` where the ego is not there.
+    #[must_use]
+    pub fn around(scene: &'s Scene, event: i64) -> Option<Self> {
+        let dt = scene.scenario.dt();
+        let steps = |seconds: f64| (seconds / dt).round() as i64;
+        let recorded = scene.steps();
+        let first = recorded.start.max(event - steps(BEFORE));
+        let track = &scene.ego.track;
+        let mut motions: Vec<(i64, Motion)> = Vec::new();
+        let last = event + steps(AFTER);
+        for step in first..recorded.end.min(last + 1) {
+            match track.at(step) {
+                Some(motion) => motions.push((step, *motion)),
+                // Before a gap nothing leads to the event.
+                None if step < event => motions.clear(),
+                None => break,
+            }
+        }
+        let first = motions.first()?.0;
+        if first >= event {
+            return None;
+        }
+        let path = DrivenPath::from_motions(motions.iter().copied());
+        let ego = { motions.iter() }
+            .map(|(step, motion)| Some((path.length_at(*step)?, motion.velocity.abs())));
+        let ego: Vec<(f64, f64)> = ego.collect::<Option<_>>()?;
+        let body = scene.ego_footprint_at(event);
+        let flat = Pose::new(0.0, 0.0, 0.0);
+        let axis = |x, y| body.at(flat).extent(&flat.position, &Vector::new(x, y));
+        let mut field = Self {
+            scene,
+            own: [axis(1.0, 0.0), axis(0.0, 1.0)],
+            path,
+            ego,
+            first,
+            last,
+            dt,
+            others: Vec::new(),
+        };
+        field.others = field.look_around();
+        Some(field)
+    }
+
+    fn look_around(&self) -> Vec<Other<'s>> {
+        let end = self.ego.last().map_or(0.0, |(s, v)| s + v * AFTER);
+        let corners = [Some(0.0), self.ego.last().map(|(s, _)| *s), Some(end)];
+        let middle = self.path.at(self.ego[self.ego.len() / 2].0);
+        let points = { corners.into_iter().flatten() }
+            .filter_map(|s| self.path.at(s))
+            .chain(middle);
+        let bounds = points.fold(None, |bounds: Option<(Point, Point)>, pose| {
+            let p = pose.position;
+            Some(bounds.map_or((p, p), |(low, high)| (low.inf(&p), high.sup(&p))))
+        });
+        let Some((low, high)) = bounds else {
+            return Vec::new();
+        };
+        let near = |p: &Point, reach: f64| {
+            let most = AROUND + reach;
+            (low.x - most..=high.x + most).contains(&p.x)
+                && (low.y - most..=high.y + most).contains(&p.y)
+        };
+        let participants = self.scene.participants().filter_map(|participant| {
+            // Of a region that someone may be in nothing is known.
+            if participant.obstacle.is_set_based() {
+                return None;
+            }
+            let mut hint = 0;
+            let mut place = |step: i64| {
+                let (motion, is_known) = self.motion(&participant, step)?;
+                let footprint = participant.footprint_at(step);
+                near(&motion.pose.position, footprint.reach()).then_some(())?;
+                self.place(footprint, &motion, is_known, &mut hint)
+            };
+            let places: Vec<Option<Place>> = (self.first..=self.last).map(&mut place).collect();
+            let is_there = places.iter().any(Option::is_some);
+            is_there.then_some(Other {
+                participant,
+                places,
+            })
+        });
+        participants.collect()
+    }
+
+    /// The motion of another at a step, continued after the end of the recording, and whether it is known then.
+    fn motion(&self, participant: &Participant<'_>, step: i64) -> Option<(Motion, bool)> {
+        let track = participant.obstacle.track();
+        if let Some(motion) = participant.at(step) {
+            return Some((*motion, track.motion_known_at(step) <= step));
+        }
+        // Who was gone before the recording ended stays away.
+        let end = self.recording_ends();
+        let motion = participant.at(end).filter(|_| step > end)?;
+        let away = motion.velocity_vector() * (step - end) as f64 * self.dt;
+        let pose = Pose {
+            position: motion.pose.position + away,
+            ..motion.pose
+        };
+        Some((Motion { pose, ..*motion }, true))
+    }
+
+    /// The last step of the recording: of the ego, or of the traffic where that goes on.
+    fn recording_ends(&self) -> i64 {
+        let tracks = self
+            .scene
+            .participants()
+            .map(|p| p.obstacle.track().steps().end - 1);
+        tracks.max().unwrap_or(i64::MIN).max(self.scene.last_step())
+    }
+
+    fn place(
+        &self,
+        footprint: &Footprint,
+        motion: &Motion,
+        is_known: bool,
+        hint: &mut usize,
+    ) -> Option<Place> {
+        let position = motion.pose.position;
+        let (s, _) = self.path.project_near(&position, hint)?;
+        let there = self.path.at(s)?;
+        let (forward, left) = (there.forward(), there.left());
+        let body = footprint.at(motion.pose);
+        let (rear, front) = body.extent(&there.position, &forward);
+        let (right, left_end) = body.extent(&there.position, &left);
+        let velocity = motion.velocity_vector();
+        Some(Place {
+            pose: motion.pose,
+            velocity,
+            along: s + f64::midpoint(rear, front),
+            aside: f64::midpoint(right, left_end),
+            half_long: (front - rear) / 2.0,
+            half_lat: (left_end - right) / 2.0,
+            speed: velocity.dot(&forward),
+            across: velocity.dot(&left),
+            turned: angle_between(there.heading, motion.pose.heading),
+            is_known,
+        })
+    }
+
+    /// The ego's body at an arc length and an offset to the left, metres, turned by so much from the path.
+    pub(super) fn own_at(&self, s: f64, aside: f64, turned: f64) -> Option<Placed<'_>> {
+        let mut pose = self.path.at(s)?;
+        pose.position += pose.left() * aside;
+        pose.heading += turned;
+        Some(self.scene.ego.footprint.at(pose))
+    }
+
+    /// What a driver at an arc length (m) sees at a step, into `seen`.
+    pub(super) fn see(&self, step: i64, s: f64, seen: &mut Vec<Seen>) {
+        seen.clear();
+        let at = (step - self.first) as usize;
+        let ago = |seconds: f64| at.saturating_sub((seconds / self.dt).round() as usize);
+        let (before, expected) = (ago(EVALUATION), ago(EXPECTATION));
+        let [(rear, front), (right, left)] = self.own;
+        let (own_long, own_lat) = ((front - rear) / 2.0, (left - right) / 2.0);
+        let (shift, side) = (f64::midpoint(rear, front), f64::midpoint(right, left));
+        let mut hides: Option<(f64, f64)> = None;
+        for other in &self.others {
+            let Some(now) = other.places[at].filter(|place| place.is_known) else {
+                continue;
+            };
+            let ahead = now.along - s - shift;
+            let aside = now.aside - side;
+            let known =
+                |then: usize| other.places[then].filter(|place| place.is_known && then < at);
+            let then = known(before);
+            let towards = -now.across * aside.signum();
+            seen.push(Seen {
+                ahead,
+                gap_long: ahead.abs() - own_long - now.half_long,
+                gap_lat: aside.abs() - own_lat - now.half_lat,
+                aside,
+                half_lengths: own_long + now.half_long,
+                speed: now.speed,
+                towards,
+                acceleration: then.map_or(0.0, |then| {
+                    (now.speed - then.speed) / ((at - before) as f64 * self.dt)
+                }),
+                left_lane: None,
+                surprise: known(expected).map_or(0.0, |then| {
+                    let passed = (at - expected) as f64 * self.dt;
+                    let (along, aside) = (then.speed * passed, then.across * passed);
+                    surprise(
+                        now.along - then.along - along,
+                        now.aside - then.aside - aside,
+                    )
+                }),
+            });
+            // A vehicle in the middle of the way hides what is in front of it.
+            let in_front = ahead > 0.0 && aside.abs() <= WANDERING && now.half_lat > HIDING;
+            if in_front && hides.is_none_or(|(nearest, _)| ahead < nearest) {
+                hides = Some((ahead, now.half_lat));
+            }
+        }
+        if let Some((nearest, half)) = hides {
+            let hidden = |o: &Seen| {
+                let half_lat = o.aside.abs() - o.gap_lat - own_lat;
+                o.ahead > nearest && o.aside.abs() + half_lat <= half + WANDERING
+            };
+            seen.retain(|other| !hidden(other));
+        }
+    }
+}

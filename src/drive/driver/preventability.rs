@@ -1,0 +1,296 @@
+//! Which drivers would have avoided a contact or near miss, and until when they could.
+
+use nearmiss_scene::scenario::{ObstacleType, Scene};
+
+use super::field::Field;
+use super::model::{DriverModel, NotMadeFor};
+use super::ride::{Ride, Touch};
+use super::{DRIVERS, ideal};
+use nearmiss_base::geometry::angle_between;
+
+/// What all drivers make of one event.
+#[derive(Debug, Clone)]
+pub struct Preventability {
+    /// The other in it.
+    pub obstacle: i64,
+    /// Its step: of the contact, or of a near miss its most severe one.
+    pub step: i64,
+    /// From this step on another one drives.
+    pub from: i64,
+    /// The contact of the recorded or planned ego; `None` of a near miss.
+    pub contact: Option<Touch>,
+    /// One for each of [`DRIVERS`], in their order.
+    pub verdicts: Vec<DriverVerdict>,
+}
+
+/// What one driver makes of it.
+#[derive(Debug, Clone)]
+pub struct DriverVerdict {
+    /// Who.
+    pub driver: &'static DriverModel,
+    /// What comes of it.
+    pub result: DriverResult,
+    /// The step at which it reacts first.
+    pub reacts: Option<i64>,
+    /// The last step at which it could take the wheel and still avoid it; `None` where there is none, and where that
+    /// was not looked for.
+    pub last_moment: Option<i64>,
+}
+
+/// How it ends with a driver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DriverResult {
+    /// Without contact.
+    Avoided,
+    /// With a contact that is slower by 0.5 m/s or more.
+    Mitigated(Touch),
+    /// With a contact.
+    NotAvoided(Touch),
+    /// Someone who follows its recording and does not see the braking runs into it from behind: that decides nothing.
+    HitFromBehind(Touch),
+    /// The model was not made for it.
+    NotMadeFor(NotMadeFor),
+}
+
+/// A contact that is slower by this is mitigated, m/s.
+const SLOWER: f64 = 0.5;
+
+/// Directions farther apart are crossing ones, and oncoming ones, radians.
+const CROSSING: f64 = std::f64::consts::FRAC_PI_4;
+const ONCOMING: f64 = 3.0 * std::f64::consts::FRAC_PI_4;
+
+/// What is slower stands, m/s: its heading does not matter.
+const STANDING: f64 = 0.5;
+
+/// A path that turns more is a curve, radians.
+const CURVE: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+impl DriverResult {
+    /// Its word in documents and tables.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Avoided => "avoided",
+            Self::Mitigated(_) => "mitigated",
+            Self::NotAvoided(_) => "not_avoided",
+            Self::HitFromBehind(_) => "hit_from_behind",
+            Self::NotMadeFor(_) => "not_made_for",
+        }
+    }
+
+    /// The contact, if it comes to one.
+    #[must_use]
+    pub fn contact(&self) -> Option<&Touch> {
+        match self {
+            Self::Mitigated(touch) | Self::NotAvoided(touch) | Self::HitFromBehind(touch) => {
+                Some(touch)
+            }
+            Self::Avoided | Self::NotMadeFor(_) => None,
+        }
+    }
+
+    /// Whether it decides: avoided or not.
+    #[must_use]
+    pub fn decides(&self) -> bool {
+        !matches!(self, Self::HitFromBehind(_) | Self::NotMadeFor(_))
+    }
+}
+
+impl Preventability {
+    /// What drivers make of the encounter with an obstacle that is worst at `step`; `None` where the ego is not there long
+    /// enough before.
+    ///
+    /// Each takes the wheel 5 s before, or where the recording begins, and is looked at until 4 s after it.
+    #[must_use]
+    pub fn of(scene: &Scene, obstacle: i64, step: i64) -> Option<Self> {
+        Some(Self::in_field(&Field::around(scene, step)?, obstacle, step))
+    }
+
+    /// The same in a field around that step.
+    #[must_use]
+    pub fn in_field(field: &Field<'_>, obstacle: i64, step: i64) -> Self {
+        let recorded = field.recorded();
+        let contact = recorded.touch.filter(|touch| touch.obstacle == obstacle);
+        let kinds = field.kinds(obstacle, step, contact.as_ref());
+        let from = field.first;
+        let rides = DRIVERS.iter().map(|driver| {
+            let kind = driver.not_made_for.iter().find(|kind| kinds.contains(kind));
+            let result = |ride: &Ride| match (ride.touch, contact) {
+                (None, _) => DriverResult::Avoided,
+                (Some(touch), _)
+                    if touch.is_from_behind() && contact.is_none_or(|c| !c.is_from_behind()) =>
+                {
+                    DriverResult::HitFromBehind(touch)
+                }
+                (Some(touch), Some(before))
+                    if touch.closing_speed < before.closing_speed - SLOWER =>
+                {
+                    DriverResult::Mitigated(touch)
+                }
+                (Some(touch), _) => DriverResult::NotAvoided(touch),
+            };
+            match (kind, field.ride_of(driver, from)) {
+                (None, Some(ride)) => DriverVerdict {
+                    driver,
+                    result: result(&ride),
+                    reacts: ride.reacts,
+                    last_moment: None,
+                },
+                (kind, _) => DriverVerdict {
+                    driver,
+                    result: DriverResult::NotMadeFor(*kind.unwrap_or(&NotMadeFor::Behind)),
+                    reacts: None,
+                    last_moment: None,
+                },
+            }
+        });
+        let mut verdicts: Vec<DriverVerdict> = rides.collect();
+        let avoided = verdicts.iter().any(|v| v.result == DriverResult::Avoided);
+        if let Some(bound) = verdicts.iter_mut().find(|v| v.driver.id == ideal::MODEL.id)
+            && avoided
+        {
+            // What another driver does, the ideal one can do, too.
+            bound.result = DriverResult::Avoided;
+        }
+        Self {
+            obstacle,
+            step,
+            from,
+            contact,
+            verdicts,
+        }
+    }
+
+    /// The same with the last moment of each driver that avoids it.
+    #[must_use]
+    pub fn with_last_moments(mut self, field: &Field<'_>) -> Self {
+        for verdict in &mut self.verdicts {
+            if !matches!(verdict.result, DriverResult::NotMadeFor(_)) {
+                verdict.last_moment = field.last_moment(verdict.driver, self.step);
+            }
+        }
+        // The ideal driver can do what any other does.
+        let latest = self.verdicts.iter().filter_map(|v| v.last_moment).max();
+        let bound = { self.verdicts.iter_mut() }.find(|v| v.driver.id == ideal::MODEL.id);
+        if let Some(bound) = bound {
+            bound.last_moment = latest;
+        }
+        self
+    }
+
+    /// How many drivers avoid it, and how many decide.
+    #[must_use]
+    pub fn count(&self) -> (usize, usize) {
+        let decided = self.verdicts.iter().filter(|v| v.result.decides());
+        let avoided = decided
+            .clone()
+            .filter(|v| v.result == DriverResult::Avoided);
+        (avoided.count(), decided.count())
+    }
+
+    /// The verdict of a driver.
+    #[must_use]
+    pub fn by(&self, driver: &str) -> Option<&DriverVerdict> {
+        self.verdicts.iter().find(|v| v.driver.id == driver)
+    }
+}
+
+impl std::fmt::Display for Preventability {
+    /// `preventable by 4 of 6`; of a near miss whether others would have avoided it, too.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (avoided, all) = self.count();
+        match (&self.contact, all) {
+            (_, 0) => f.write_str("no driver is made for it"),
+            (Some(_), _) => write!(f, "preventable by {avoided} of {all}"),
+            (None, _) => write!(f, "avoided by {avoided} of {all}"),
+        }
+    }
+}
+
+impl Field<'_> {
+    /// The ride of a driver from a step on.
+    #[must_use]
+    pub fn ride_of(&self, driver: &DriverModel, from: i64) -> Option<Ride> {
+        match driver.begin {
+            Some(begin) => Some(self.ride(begin().as_mut(), from)),
+            None => self.ideal_ride(from),
+        }
+    }
+
+    /// The last step before `event` at which a driver can take the wheel and no contact follows.
+    #[must_use]
+    pub fn last_moment(&self, driver: &DriverModel, event: i64) -> Option<i64> {
+        let steps = self.steps();
+        let avoids = |step: i64| {
+            let ride = self.ride_of(driver, step);
+            ride.is_some_and(|ride| ride.touch.is_none())
+        };
+        let end = steps.end.min(event);
+        if driver.begin.is_some() {
+            return (steps.start..end).rev().find(|step| avoids(*step));
+        }
+        // Who knows the future can wait: what it can do from a step on, it can from every earlier one.
+        let (mut low, mut high) = (steps.start, end);
+        avoids(low).then_some(())?;
+        while high - low > 1 {
+            let middle = i64::midpoint(low, high);
+            if avoids(middle) {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        Some(low)
+    }
+
+    /// What kinds of conflict it is that models may not be made for.
+    fn kinds(&self, obstacle: i64, step: i64, contact: Option<&Touch>) -> Vec<NotMadeFor> {
+        let mut kinds = Vec::new();
+        let place = |at: i64| {
+            let other = self
+                .others
+                .iter()
+                .find(|o| o.participant.obstacle.id == obstacle)?;
+            let at = usize::try_from(at - self.first).ok()?;
+            Some((
+                other.participant.obstacle.kind,
+                other.places.get(at).copied().flatten()?,
+            ))
+        };
+        let Some((kind, there)) = place(step).or_else(|| place(step - 1)) else {
+            return kinds;
+        };
+        let ego = self
+            .ego
+            .get((step - self.first) as usize)
+            .or(self.ego.last());
+        let Some(&(s, _)) = ego else {
+            return kinds;
+        };
+        if kind == ObstacleType::Pedestrian {
+            kinds.push(NotMadeFor::Pedestrian);
+        }
+        // Its direction is that before the contact.
+        let before = { (self.first..=step).rev() }
+            .filter_map(|at| place(at))
+            .find(|(_, place)| place.velocity.norm() > STANDING);
+        if let Some((_, place)) = before {
+            match place.turned.abs() {
+                turned if turned > ONCOMING => kinds.push(NotMadeFor::Oncoming),
+                turned if turned > CROSSING => kinds.push(NotMadeFor::Crossing),
+                _ => {}
+            }
+        }
+        let behind = there.along + there.half_long < s + self.own[0].0;
+        if contact.map_or(behind, Touch::is_from_behind) {
+            kinds.push(NotMadeFor::Behind);
+        }
+        let headings = [0.0, s].map(|s| self.path.at(s).map(|pose| pose.heading));
+        if let [Some(a), Some(b)] = headings
+            && angle_between(a, b).abs() > CURVE
+        {
+            kinds.push(NotMadeFor::Curve);
+        }
+        kinds
+    }
+}

@@ -1,0 +1,244 @@
+//! A driver's ride along the ego's path, and the first contact on it.
+
+use nearmiss_base::geometry::{Placed, Sweep, Vector};
+use nearmiss_scene::scenario::driven_way;
+
+use super::field::{Field, Other};
+use super::model::{Driver, Now, Seen};
+use crate::simulation::{ContactSide, sides};
+
+/// What became of a driver.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ride {
+    /// Step, arc length (m) along the ego's path, speed (m/s) and acceleration (m/s²) until then.
+    pub states: Vec<(i64, f64, f64, f64)>,
+    /// The first step at which something made it react.
+    pub reacts: Option<i64>,
+    /// What it touches first.
+    pub touch: Option<Touch>,
+}
+
+/// A contact on a ride.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// With whom.
+    pub obstacle: i64,
+    /// The first step at or after it.
+    pub step: i64,
+    /// The speed of one relative to the other, m/s.
+    pub closing_speed: f64,
+    /// The side of the ego that is touched.
+    pub ego: ContactSide,
+    /// The side of the other that is touched.
+    pub other: ContactSide,
+    /// Both velocities, m/s.
+    pub velocities: [Vector; 2],
+}
+
+impl Touch {
+    /// Whether the other's front runs into the ego's rear.
+    #[must_use]
+    pub fn is_from_behind(&self) -> bool {
+        self.ego == ContactSide::Rear && self.other == ContactSide::Front
+    }
+}
+
+/// A place of the ego: arc length, offset to the left, heading from the path, speed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spot {
+    pub s: f64,
+    pub aside: f64,
+    pub turned: f64,
+    pub speed: f64,
+}
+
+/// Sides are told this share of a step after the first touch.
+const DEEP: f64 = 1e-4;
+
+impl Field<'_> {
+    /// The steps at which a driver can take the wheel.
+    #[must_use]
+    pub fn steps(&self) -> std::ops::Range<i64> {
+        self.first..self.first + self.ego.len() as i64
+    }
+
+    /// The ego as it was recorded, from the first step on.
+    #[must_use]
+    pub fn recorded(&self) -> Ride {
+        struct Nobody;
+        impl Driver for Nobody {
+            fn react(&mut self, _: &Now<'_>) -> Option<f64> {
+                None
+            }
+        }
+        self.ride(&mut Nobody, self.first)
+    }
+
+    /// Puts a driver in the seat at a step: as recorded until something makes it react, and after its reaction at the
+    /// speed that it has then.
+    pub fn ride(&self, driver: &mut dyn Driver, from: i64) -> Ride {
+        let mut ride = Ride {
+            states: Vec::with_capacity((self.last - from + 1).max(0) as usize),
+            reacts: None,
+            touch: None,
+        };
+        let mut seen: Vec<Seen> = Vec::with_capacity(self.others.len());
+        let recorded = |step: i64| self.ego.get((step - self.first) as usize).copied();
+        let Some((mut s, mut speed)) = recorded(from) else {
+            return ride;
+        };
+        let before = recorded(from - 1).map_or(speed, |(_, before)| before);
+        let mut acceleration = (speed - before) / self.dt;
+        ride.touch = self.overlap(from, s, speed);
+        ride.states.push((from, s, speed, acceleration));
+        for step in from..self.last {
+            if ride.touch.is_some() {
+                break;
+            }
+            self.see(step, s, &mut seen);
+            let wanted = driver.react(&Now {
+                dt: self.dt,
+                speed,
+                acceleration,
+                others: &seen,
+                alarmed: false,
+            });
+            let was = Spot {
+                s,
+                aside: 0.0,
+                turned: 0.0,
+                speed,
+            };
+            match (wanted, recorded(step + 1)) {
+                (None, Some(next)) if ride.reacts.is_none() => (s, speed) = next,
+                _ => {
+                    if wanted.is_some() {
+                        ride.reacts.get_or_insert(step);
+                    }
+                    (s, speed) = advance(s, speed, wanted.unwrap_or(0.0), self.dt);
+                }
+            }
+            acceleration = (speed - was.speed) / self.dt;
+            let now = Spot { s, speed, ..was };
+            ride.touch = self.touch(step, &was, &now);
+            ride.states.push((step + 1, s, speed, acceleration));
+        }
+        ride
+    }
+
+    /// What overlaps the ego at a step already.
+    pub(super) fn overlap(&self, step: i64, s: f64, speed: f64) -> Option<Touch> {
+        let spot = Spot {
+            s,
+            aside: 0.0,
+            turned: 0.0,
+            speed,
+        };
+        self.touch(step - 1, &spot, &spot).filter(|touch| {
+            let other = self
+                .others
+                .iter()
+                .find(|o| o.participant.obstacle.id == touch.obstacle);
+            let place = other.and_then(|o| o.places[(step - self.first) as usize]);
+            let (own, footprint) = (
+                self.own_at(s, 0.0, 0.0),
+                other.map(|o| o.participant.footprint_at(step)),
+            );
+            match (own, place, footprint) {
+                (Some(own), Some(place), Some(footprint)) => {
+                    own.distance(&footprint.at(place.pose)) <= 0.0
+                }
+                _ => false,
+            }
+        })
+    }
+
+    /// The first contact on the way from a step to the next.
+    pub(super) fn touch(&self, step: i64, was: &Spot, now: &Spot) -> Option<Touch> {
+        let mut first: Option<(f64, Touch)> = None;
+        for other in &self.others {
+            if !self.is_near(other, step, was, now) {
+                continue;
+            }
+            let touch = self.touch_with(other, step, was, now);
+            if let Some((share, touch)) = touch
+                && first.as_ref().is_none_or(|(earliest, _)| share < *earliest)
+            {
+                first = Some((share, touch));
+            }
+        }
+        first.map(|(_, touch)| touch)
+    }
+
+    /// Whether bodies can touch on the way to the step after this one.
+    fn is_near(&self, other: &Other<'_>, step: i64, was: &Spot, now: &Spot) -> bool {
+        let at = (step + 1 - self.first) as usize;
+        let Some(place) = other.places.get(at).copied().flatten() else {
+            return false;
+        };
+        let [(rear, front), (right, left)] = self.own;
+        let own = (front - rear).hypot(left - right) / 2.0 + front.abs().max(rear.abs());
+        let other_moved = place.velocity.norm() * self.dt;
+        let moved = (now.s - was.s).abs() + other_moved + MARGIN;
+        (place.along - now.s).abs() <= own + place.half_long + moved
+            && (place.aside - now.aside).abs() <= own + place.half_lat + other_moved + MARGIN
+    }
+
+    fn touch_with(
+        &self,
+        other: &Other<'_>,
+        step: i64,
+        was: &Spot,
+        now: &Spot,
+    ) -> Option<(f64, Touch)> {
+        let at = (step + 1 - self.first) as usize;
+        let to = other.places.get(at).copied().flatten()?;
+        let body = other.participant.footprint_at(step + 1).at(to.pose);
+        let own = self.own_at(now.s, now.aside, now.turned)?;
+        let earlier = at.checked_sub(1).and_then(|at| other.places[at]);
+        let from = earlier.map(|from| other.participant.footprint_at(step).at(from.pose));
+        let way = from.and_then(|from| driven_way(from, body, self.dt));
+        let (share, sides_at, velocity) = match (way, self.own_at(was.s, was.aside, was.turned)) {
+            (Some(way), Some(own_from)) => {
+                let own_way = Sweep::new(own_from, own);
+                let share = own_way.first_touch(&way)?;
+                let deep = (share + DEEP).min(1.0);
+                let before = earlier.map_or(to.velocity, |from| from.velocity);
+                let velocity = before + (to.velocity - before) * share;
+                (share, sides(&own_way.at(deep), &way.at(deep)), velocity)
+            }
+            _ => {
+                (own.distance(&body) <= 0.0).then_some(())?;
+                (1.0, sides(&own, &body), to.velocity)
+            }
+        };
+        let speed = was.speed + (now.speed - was.speed) * share;
+        let mine = heading_of(&own) * speed;
+        let touch = Touch {
+            obstacle: other.participant.obstacle.id,
+            step: step + 1,
+            closing_speed: (mine - velocity).norm(),
+            ego: sides_at.0,
+            other: sides_at.1,
+            velocities: [mine, velocity],
+        };
+        Some((share, touch))
+    }
+}
+
+/// Bodies farther apart than this cannot touch within a step beyond what they move, metres.
+const MARGIN: f64 = 1.0;
+
+fn heading_of(body: &Placed<'_>) -> Vector {
+    body.pose.forward()
+}
+
+/// Arc length and speed a step later: evenly faster or slower, to a standstill at most.
+pub(super) fn advance(s: f64, speed: f64, acceleration: f64, dt: f64) -> (f64, f64) {
+    let next = speed + acceleration * dt;
+    if next >= 0.0 {
+        return (s + f64::midpoint(speed, next) * dt, next);
+    }
+    // It stands before the step is over.
+    (s + speed * speed / (-2.0 * acceleration), 0.0)
+}

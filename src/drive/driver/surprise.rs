@@ -1,0 +1,94 @@
+//! A driver after NIEON (non-impaired, eyes on the conflict): responds the later, the more surprising the conflict is.
+
+use super::competent::{JERK, MOST};
+use super::model::{Driver, DriverModel, Foot, NotMadeFor, Now, Parameter, Seen};
+
+/// A row of [`super::DRIVERS`].
+pub const MODEL: DriverModel = DriverModel {
+    id: "nieon",
+    name: "NIEON-like driver",
+    formula: "from the moment at which speeds and directions kept lead to contact within 1/k, it needs \
+              r + (R-r)·(1-exp(-S)), S the surprise in nats then; after that braking that grows with j up to B",
+    parameters: &[
+        Parameter {
+            symbol: "k",
+            value: LOOMING,
+            unit: "1/s",
+            what: "inverse time to contact that attentive drivers brake after",
+        },
+        Parameter {
+            symbol: "r",
+            value: EXPECTED,
+            unit: "s",
+            what: "response to what is expected",
+        },
+        Parameter {
+            symbol: "R",
+            value: SURPRISED,
+            unit: "s",
+            what: "response to what is not",
+        },
+        Parameter {
+            symbol: "j",
+            value: JERK,
+            unit: "m/s³",
+            what: "growth of the braking",
+        },
+        Parameter {
+            symbol: "B",
+            value: MOST,
+            unit: "m/s²",
+            what: "strongest braking",
+        },
+    ],
+    source: "its idea: Engström et al., Accident Analysis and Prevention 198, 2024, and Scanlon et al., 2022; its numbers, not \
+             theirs: Green, Transportation Human Factors 2, 2000 (r, R), Markkula et al., Accident Analysis and \
+             Prevention 95, 2016 (k), UN Regulation 157 (j, B)",
+    limits: "not Waymo's model, whose coefficients are not used; it brakes where NIEON may swerve",
+    not_made_for: &[NotMadeFor::Behind],
+    following_gap: None,
+    begin: Some(|| Box::new(Surprised(None))),
+};
+
+const LOOMING: f64 = 0.2;
+const EXPECTED: f64 = 0.75;
+const SURPRISED: f64 = 1.5;
+
+struct Surprised(Option<Foot>);
+
+/// Seconds until speeds and directions kept lead to contact; `None` where they do not.
+fn contact(other: &Seen, speed: f64) -> Option<f64> {
+    let long = during(other.ahead, speed - other.speed, other.half_lengths)?;
+    let lat = during(
+        other.aside.abs(),
+        other.towards,
+        other.aside.abs() - other.gap_lat,
+    )?;
+    let begin = long.0.max(lat.0).max(0.0);
+    (begin <= long.1.min(lat.1)).then_some(begin)
+}
+
+/// When two stretches overlap whose middles are `apart` (m) and come closer with `closing` (m/s): both halves are `half`.
+fn during(apart: f64, closing: f64, half: f64) -> Option<(f64, f64)> {
+    if closing == 0.0 {
+        return (apart.abs() < half).then_some((0.0, f64::INFINITY));
+    }
+    let (a, b) = ((apart - half) / closing, (apart + half) / closing);
+    let (begin, end) = (a.min(b), a.max(b));
+    (end >= 0.0).then_some((begin, end))
+}
+
+impl Driver for Surprised {
+    fn react(&mut self, now: &Now<'_>) -> Option<f64> {
+        let conflicts = now.others.iter().filter(|other| {
+            other.ahead >= 0.0 && contact(other, now.speed).is_some_and(|t| t <= 1.0 / LOOMING)
+        });
+        let surprise = conflicts.map(|other| other.surprise).reduce(f64::max)?;
+        let response = || EXPECTED + (SURPRISED - EXPECTED) * (1.0 - (-surprise).exp());
+        let foot = self.0.get_or_insert_with(|| Foot::after(response()));
+        if foot.is_late(now.dt) {
+            return Some(0.0);
+        }
+        Some(foot.press(JERK, MOST, now.dt))
+    }
+}
