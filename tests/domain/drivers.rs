@@ -1,13 +1,24 @@
 //! Drivers: the models of UN Regulation 157 against a program of others, and all of them on recordings.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
+use nearmiss::formats::find;
+use nearmiss::geometry::Pose;
+use nearmiss::metrics::{Context, Grade, critical_moments};
+use nearmiss::scenario::{Motion, Scenario, Scene};
 use nearmiss_drive::driver::family::Case;
-use nearmiss_drive::driver::{DRIVERS, driver};
+use nearmiss_drive::driver::{DRIVERS, DriverResult, Field, Preventability, driver};
 
 use crate::support::program::skipped;
+use crate::support::recorded::shared;
 
 /// Every n-th case of the grids is run.
 fn every() -> usize {
@@ -178,4 +189,236 @@ fn every_driver_says_what_it_is() {
             );
         }
     }
+}
+
+/// A recorded encounter that is a contact, a conflict or a near miss.
+struct Encounter {
+    name: String,
+    scene: Scene,
+    obstacle: i64,
+    step: i64,
+    grade: Grade,
+}
+
+/// The worst encounters of every n-th recording: with the recorded ego, or with the first obstacles in its place.
+fn encounters() -> Option<Vec<Encounter>> {
+    let folders: Vec<PathBuf> = [
+        "from-words-to-collisions",
+        "waymo-motion",
+        "argoverse2",
+        "commonroad-io",
+    ]
+    .iter()
+    .filter_map(|part| shared(part))
+    .collect();
+    if folders.is_empty() {
+        return None;
+    }
+    let found = find(&folders).expect("folders");
+    let mut all = Vec::new();
+    println!("{} entries", found.entries.len());
+    for entry in found.entries {
+        let Ok(scenario) = entry.read() else { continue };
+        let mut scenes = Vec::new();
+        match entry.recorded_ego(&scenario) {
+            Ok(Some(ego)) => scenes.push(Scene::new(Arc::clone(&scenario), ego)),
+            _ => scenes.extend(
+                { scenario.obstacles.iter().take(20) }
+                    .filter_map(|o| Scene::with_obstacle_as_ego(Arc::clone(&scenario), o.id).ok()),
+            ),
+        }
+        for scene in scenes {
+            let context = Context::new(&scene);
+            let worst = critical_moments(&context).into_iter().take(2);
+            let worst: Vec<_> = worst.filter(|moment| moment.grade.number() <= 2).collect();
+            drop(context);
+            all.extend(worst.into_iter().map(|moment| Encounter {
+                name: format!("{} ego {}", entry.name, scene.ego.id),
+                scene: scene.clone(),
+                obstacle: moment.obstacle,
+                step: moment.step,
+                grade: moment.grade,
+            }));
+        }
+    }
+    Some(all)
+}
+
+#[test]
+fn recorded_encounters_and_the_ideal_driver_s_bound() {
+    let Some(all) = encounters() else { return };
+    let mut table: BTreeMap<(String, &str, &str), usize> = BTreeMap::new();
+    let (mut beaten, mut whole, mut slowest) = (0, Duration::ZERO, Duration::ZERO);
+    let (mut prepared, mut lasts) = (Duration::ZERO, Duration::ZERO);
+    let mut events = 0;
+    let mut times = Vec::new();
+    for one in &all {
+        let began = Instant::now();
+        let Some(field) = Field::around(&one.scene, one.step) else {
+            println!(
+                "no field: {} {:?} {}",
+                one.name,
+                one.scene.steps(),
+                one.step
+            );
+            continue;
+        };
+        prepared += began.elapsed();
+        let found = Preventability::in_field(&field, one.obstacle, one.step);
+        let took = began.elapsed();
+        whole += took;
+        times.push(took);
+        slowest = slowest.max(took);
+        events += 1;
+        let began = Instant::now();
+        let found = found.with_last_moments(&field);
+        lasts += began.elapsed();
+        let kind = if found.contact.is_some() {
+            "contact"
+        } else {
+            "no contact"
+        };
+        for verdict in &found.verdicts {
+            *table
+                .entry((
+                    format!("{kind} {:?}", one.grade),
+                    verdict.driver.id,
+                    verdict.result.word(),
+                ))
+                .or_default() += 1;
+        }
+        println!(
+            "DBG {} other {} step {} {:?} contact {:?}",
+            one.name,
+            one.obstacle,
+            one.step,
+            one.grade,
+            found
+                .contact
+                .map(|t| (t.obstacle, t.step, t.closing_speed, t.ego, t.other))
+        );
+        for v in &found.verdicts {
+            println!(
+                "DBG    {} {:?} reacts {:?} last {:?}",
+                v.driver.id, v.result, v.reacts, v.last_moment
+            );
+        }
+        let alone = field.ideal_ride(found.from);
+        let ideal = found.by("ideal").expect("a driver").result;
+        let others = found
+            .verdicts
+            .iter()
+            .any(|v| v.driver.id != "ideal" && v.result == DriverResult::Avoided);
+        assert!(!others || ideal == DriverResult::Avoided, "{}", one.name);
+        if others && alone.is_none_or(|ride| ride.touch.is_some()) {
+            beaten += 1;
+            println!(
+                "the search alone finds less: {} {} at {}",
+                one.name, one.obstacle, one.step
+            );
+        }
+        if found.contact.is_none() {
+            for verdict in found
+                .verdicts
+                .iter()
+                .filter(|v| matches!(v.result, DriverResult::NotAvoided(_)))
+            {
+                println!(
+                    "{} crashes where none was: {} {} at {} {:?}",
+                    verdict.driver.id,
+                    one.name,
+                    one.obstacle,
+                    one.step,
+                    verdict
+                        .result
+                        .contact()
+                        .map(|t| (t.obstacle, t.closing_speed))
+                );
+            }
+        }
+    }
+    for ((kind, driver, word), count) in &table {
+        println!("{kind:25} {driver:6} {word:16} {count}");
+    }
+    times.sort();
+    let median = times.get(times.len() / 2).copied().unwrap_or_default();
+    println!(
+        "{events} events: {:?} each ({median:?} median, {slowest:?} slowest), of this the field {:?}; last moments {:?} each; the search alone was beaten {beaten} times",
+        whole / events.max(1),
+        prepared / events.max(1),
+        lasts / events.max(1)
+    );
+    assert!(events > 40, "{events} events");
+}
+
+#[test]
+fn another_future_changes_nothing_that_was_done_before() {
+    let Some(all) = encounters() else { return };
+    let mut compared = 0;
+    for one in all.iter().step_by(5) {
+        let scene = &one.scene;
+        let dt = scene.scenario.dt();
+        let Some(field) = Field::around(scene, one.step) else {
+            continue;
+        };
+        for now in [one.step - 20, one.step - 10, one.step - 4] {
+            if !field.steps().contains(&now) {
+                continue;
+            }
+            let mut changed = Scenario::clone(&scene.scenario);
+            for obstacle in &mut changed.obstacles {
+                let later = obstacle.track().steps().end;
+                let elsewhere = |step: i64| {
+                    let motion = obstacle.track().at(step)?;
+                    let away = nearmiss::geometry::Vector::new(3.0, 1.0) * (step - now) as f64;
+                    let pose = Pose {
+                        position: motion.pose.position + away,
+                        ..motion.pose
+                    };
+                    Some((
+                        step,
+                        Motion {
+                            pose,
+                            velocity: motion.velocity + 3.0,
+                            acceleration: 5.0,
+                        },
+                    ))
+                };
+                let motions: Vec<_> = (now + 1..later).filter_map(elsewhere).collect();
+                if let Some(other) = obstacle.departing(&motions, dt) {
+                    *obstacle = other;
+                }
+            }
+            let other = Scene {
+                scenario: Arc::new(changed),
+                ego: scene.ego.clone(),
+            };
+            let Some(with_other) = Field::around(&other, one.step) else {
+                continue;
+            };
+            for driver in DRIVERS.iter().filter(|driver| driver.id != "ideal") {
+                let until = |field: &Field<'_>| {
+                    let ride = field.ride_of(driver, field.steps().start).expect("a ride");
+                    let done: Vec<_> = { ride.states.into_iter() }
+                        .take_while(|(step, ..)| *step <= now + 1)
+                        .collect();
+                    let reacts = ride.reacts.filter(|step| *step <= now);
+                    (done, reacts)
+                };
+                let (before, after) = (until(&field), until(&with_other));
+                // A contact on the way to the next step is the world's, not the driver's.
+                let both = before.0.len().min(after.0.len());
+                assert_eq!(
+                    before.0[..both],
+                    after.0[..both],
+                    "{} {}",
+                    one.name,
+                    driver.id
+                );
+                assert_eq!(before.1, after.1, "{} {}", one.name, driver.id);
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 100, "{compared} rides");
 }

@@ -110,7 +110,7 @@ impl Preventability {
     #[must_use]
     pub fn in_field(field: &Field<'_>, obstacle: i64, step: i64) -> Self {
         let recorded = field.recorded();
-        let contact = recorded.touch.filter(|touch| touch.obstacle == obstacle);
+        let contact = recorded.touch;
         let kinds = field.kinds(obstacle, step, contact.as_ref());
         let from = field.first;
         let rides = DRIVERS.iter().map(|driver| {

@@ -52,6 +52,20 @@ pub(super) struct Spot {
     pub speed: f64,
 }
 
+/// What is done until the next step.
+enum Choice {
+    /// As it was recorded.
+    AsRecorded,
+    /// As in ordinary driving.
+    Ordinary,
+    /// A driver's reaction, m/s².
+    Reaction(f64),
+}
+
+/// Nobody changes speed more in ordinary driving, m/s²: the deceleration that is comfortable for most (AASHTO's Green
+/// Book), from which on braking makes a conflict.
+const ORDINARY: f64 = 3.4;
+
 /// Sides are told this share of a step after the first touch.
 const DEEP: f64 = 1e-4;
 
@@ -65,36 +79,15 @@ impl Field<'_> {
     /// The ego as it was recorded, from the first step on.
     #[must_use]
     pub fn recorded(&self) -> Ride {
-        struct Nobody;
-        impl Driver for Nobody {
-            fn react(&mut self, _: &Now<'_>) -> Option<f64> {
-                None
-            }
-        }
-        self.ride(&mut Nobody, self.first)
+        self.follow(self.first, |_, _| Choice::AsRecorded)
     }
 
-    /// Puts a driver in the seat at a step: as recorded until something makes it react, and after its reaction at the
-    /// speed that it has then.
+    /// Puts a driver in the seat at a step. Until something makes it react it drives as the ego was recorded, but brakes
+    /// no harder than in ordinary driving: the ego's own evasion is not the driver's. After its reaction it keeps its
+    /// speed, or gets as slow as the ego got in ordinary driving.
     pub fn ride(&self, driver: &mut dyn Driver, from: i64) -> Ride {
-        let mut ride = Ride {
-            states: Vec::with_capacity((self.last - from + 1).max(0) as usize),
-            reacts: None,
-            touch: None,
-        };
         let mut seen: Vec<Seen> = Vec::with_capacity(self.others.len());
-        let recorded = |step: i64| self.ego.get((step - self.first) as usize).copied();
-        let Some((mut s, mut speed)) = recorded(from) else {
-            return ride;
-        };
-        let before = recorded(from - 1).map_or(speed, |(_, before)| before);
-        let mut acceleration = (speed - before) / self.dt;
-        ride.touch = self.overlap(from, s, speed);
-        ride.states.push((from, s, speed, acceleration));
-        for step in from..self.last {
-            if ride.touch.is_some() {
-                break;
-            }
+        self.follow(from, |step, (s, speed, acceleration)| {
             self.see(step, s, &mut seen);
             let wanted = driver.react(&Now {
                 dt: self.dt,
@@ -103,21 +96,56 @@ impl Field<'_> {
                 others: &seen,
                 alarmed: false,
             });
+            wanted.map_or(Choice::Ordinary, Choice::Reaction)
+        })
+    }
+
+    /// Drives from a step on: `choose` is told the step, arc length, speed and acceleration.
+    fn follow(&self, from: i64, mut choose: impl FnMut(i64, (f64, f64, f64)) -> Choice) -> Ride {
+        let mut ride = Ride {
+            states: Vec::with_capacity((self.last - from + 1).max(0) as usize),
+            reacts: None,
+            touch: None,
+        };
+        let recorded = |step: i64| self.ego.get((step - self.first) as usize).copied();
+        let Some((mut s, mut speed)) = recorded(from) else {
+            return ride;
+        };
+        let before = recorded(from - 1).map_or(speed, |(_, before)| before);
+        let mut acceleration = (speed - before) / self.dt;
+        ride.touch = self.overlap(from, s, speed);
+        ride.states.push((from, s, speed, acceleration));
+        let mut is_as_recorded = true;
+        for step in from..self.last {
+            if ride.touch.is_some() {
+                break;
+            }
             let was = Spot {
                 s,
                 aside: 0.0,
                 turned: 0.0,
                 speed,
             };
-            match (wanted, recorded(step + 1)) {
-                (None, Some(next)) if ride.reacts.is_none() => (s, speed) = next,
-                _ => {
-                    if wanted.is_some() {
-                        ride.reacts.get_or_insert(step);
-                    }
-                    (s, speed) = advance(s, speed, wanted.unwrap_or(0.0), self.dt);
+            let choice = choose(step, (s, speed, acceleration));
+            let most = ORDINARY * self.dt;
+            (s, speed) = match (choice, recorded(step + 1)) {
+                (Choice::AsRecorded, Some(next)) => next,
+                (Choice::Ordinary, Some(next)) if is_as_recorded && next.1 >= speed - most => next,
+                (Choice::Reaction(acceleration), _) => {
+                    ride.reacts.get_or_insert(step);
+                    is_as_recorded = false;
+                    advance(s, speed, acceleration, self.dt)
                 }
-            }
+                (_, next) => {
+                    is_as_recorded = false;
+                    let wanted = next.map_or(speed, |(_, wanted)| wanted);
+                    let most = match ride.reacts {
+                        Some(_) => wanted.min(speed).max(speed - most),
+                        None => wanted.clamp(speed - most, speed + most),
+                    };
+                    advance(s, speed, (most - speed) / self.dt, self.dt)
+                }
+            };
             acceleration = (speed - was.speed) / self.dt;
             let now = Spot { s, speed, ..was };
             ride.touch = self.touch(step, &was, &now);

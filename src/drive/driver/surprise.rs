@@ -8,7 +8,8 @@ pub const MODEL: DriverModel = DriverModel {
     id: "nieon",
     name: "NIEON-like driver",
     formula: "from the moment at which speeds and directions kept lead to contact within 1/k, it needs \
-              r + (R-r)·(1-exp(-S)), S the surprise in nats then; after that braking that grows with j up to B",
+              r + (R-r)·(1-exp(-S)), S the surprise in nats then; after that braking that grows with j up to B, until \
+              it would pass with c to spare",
     parameters: &[
         Parameter {
             symbol: "k",
@@ -27,6 +28,12 @@ pub const MODEL: DriverModel = DriverModel {
             value: SURPRISED,
             unit: "s",
             what: "response to what is not",
+        },
+        Parameter {
+            symbol: "c",
+            value: CLEAR,
+            unit: "m",
+            what: "room to pass; ours",
         },
         Parameter {
             symbol: "j",
@@ -53,17 +60,19 @@ pub const MODEL: DriverModel = DriverModel {
 const LOOMING: f64 = 0.2;
 const EXPECTED: f64 = 0.75;
 const SURPRISED: f64 = 1.5;
+const CLEAR: f64 = 1.0;
 
 struct Surprised(Option<Foot>);
 
-/// Seconds until speeds and directions kept lead to contact; `None` where they do not.
-fn contact(other: &Seen, speed: f64) -> Option<f64> {
-    let long = during(other.ahead, speed - other.speed, other.half_lengths)?;
-    let lat = during(
-        other.aside.abs(),
-        other.towards,
-        other.aside.abs() - other.gap_lat,
+/// Seconds until speeds and directions kept lead to within a margin (m) of contact; `None` where they do not.
+fn contact(other: &Seen, speed: f64, margin: f64) -> Option<f64> {
+    let half_widths = other.aside.abs() - other.gap_lat;
+    let long = during(
+        other.ahead,
+        speed - other.speed,
+        other.half_lengths + margin,
     )?;
+    let lat = during(other.aside.abs(), other.towards, half_widths + margin)?;
     let begin = long.0.max(lat.0).max(0.0);
     (begin <= long.1.min(lat.1)).then_some(begin)
 }
@@ -80,8 +89,10 @@ fn during(apart: f64, closing: f64, half: f64) -> Option<(f64, f64)> {
 
 impl Driver for Surprised {
     fn react(&mut self, now: &Now<'_>) -> Option<f64> {
+        let margin = if self.0.is_some() { CLEAR } else { 0.0 };
         let conflicts = now.others.iter().filter(|other| {
-            other.ahead >= 0.0 && contact(other, now.speed).is_some_and(|t| t <= 1.0 / LOOMING)
+            let seconds = contact(other, now.speed, margin);
+            other.ahead >= 0.0 && seconds.is_some_and(|seconds| seconds <= 1.0 / LOOMING)
         });
         let surprise = conflicts.map(|other| other.surprise).reduce(f64::max)?;
         let response = || EXPECTED + (SURPRISED - EXPECTED) * (1.0 - (-surprise).exp());
