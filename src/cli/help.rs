@@ -87,7 +87,7 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("Measure", &["metrics", "corpus"]),
     ("Ask", &["ask", "prompt", "models"]),
     ("Evaluate", &["evaluate", "report", "runs", "tune"]),
-    ("Drive and attack", &["plan", "generate"]),
+    ("Drive and attack", &["plan", "generate", "drivers"]),
     ("Serve", &["mcp"]),
     ("Set up", &["doctor", "config", "completions", "help"]),
 ];

@@ -7,6 +7,7 @@ mod config;
 mod convert;
 mod corpus;
 mod doctor;
+mod drivers;
 mod ending;
 mod evaluate;
 mod export;
@@ -110,6 +111,8 @@ pub enum Command {
     Plan(plan::PlanArguments),
     /// Turn safe scenarios into dangerous but avoidable ones.
     Generate(generate::GenerateArguments),
+    /// Judge contacts and near misses by models of drivers: who avoids them, and until when.
+    Drivers(drivers::Drivers),
     /// Serve tools, scenarios and prompts to other programs over the Model Context Protocol.
     Mcp(mcp::Mcp),
     /// Check terminal, files, store and models, and suggest fixes.
@@ -208,6 +211,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Tune(arguments) => tune::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
         Command::Generate(arguments) => generate::run(arguments),
+        Command::Drivers(arguments) => drivers::run(arguments),
         Command::Mcp(arguments) => mcp::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments, workbench),
         Command::Config(command) => config::run(command, workbench),

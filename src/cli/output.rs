@@ -113,6 +113,75 @@ impl TableFormat {
     pub const KNOWN: &str = ".csv, .json, .jsonl, .ndjson, .parquet and .arrow";
 }
 
+/// Formats of what is a page or a text table for people, and a table for programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum PageFormat {
+    /// Text for people.
+    #[value(alias = "text")]
+    Table,
+    /// CSV with a header, a row for each.
+    Csv,
+    /// JSON: one object; of several, one a line.
+    #[value(alias = "jsonl")]
+    Json,
+    /// Apache Parquet with units and meanings as metadata, a row for each.
+    Parquet,
+    /// A stream of Apache Arrow IPC with the same.
+    Arrow,
+}
+
+impl PageFormat {
+    /// The format that is asked for, or that the file's name asks for.
+    pub fn of(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
+        let known = (
+            Self::ENDINGS,
+            ".txt, .csv, .json, .jsonl, .ndjson, .parquet and .arrow",
+        );
+        format_of(asked, file, Self::Table, known)
+    }
+
+    const ENDINGS: &[(&str, Self)] = &[
+        ("txt", Self::Table),
+        ("csv", Self::Csv),
+        ("json", Self::Json),
+        ("jsonl", Self::Json),
+        ("ndjson", Self::Json),
+        ("parquet", Self::Parquet),
+        ("arrow", Self::Arrow),
+        ("arrows", Self::Arrow),
+    ];
+
+    /// The format of a table for programs; none of text.
+    pub fn of_table(self) -> Option<Format> {
+        match self {
+            Self::Table => None,
+            Self::Csv => Some(Format::Csv),
+            Self::Json => Some(Format::Json),
+            Self::Parquet => Some(Format::Parquet),
+            Self::Arrow => Some(Format::Arrow),
+        }
+    }
+}
+
+/// Writes a whole table.
+pub fn save_table(
+    table: &Table,
+    format: Format,
+    rows: Vec<Row>,
+    target: Target,
+    file: Option<&Path>,
+) -> Outcome {
+    let encoded = table.encode(format, rows);
+    let done = TableWriter::begin(target, format, table).and_then(|mut writer| {
+        writer.write(encoded)?;
+        writer.finish()
+    });
+    match written(file, done)? {
+        Some(target) => target.finish(),
+        None => Ok(()),
+    }
+}
+
 /// Refuses a format that a terminal cannot take.
 pub fn check_format(format: Format, file: Option<&std::path::Path>) -> Outcome {
     let is_binary = matches!(format, Format::Parquet | Format::Arrow);

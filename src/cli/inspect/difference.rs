@@ -5,7 +5,8 @@ use nearmiss_workflow::ScenarioRow;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Format, Inspect, Looked, look, moment_words};
+use super::{Inspect, Looked, look, moment_words};
+use crate::output::PageFormat;
 use crate::{Failure, Outcome, json, output};
 
 /// What differs between two scenarios.
@@ -27,14 +28,17 @@ impl json::Output for DifferenceDocument {
 }
 
 /// Compares the two scenarios; that they differ is a finding.
-pub(super) fn run(arguments: &Inspect, format: Format) -> Outcome {
+pub(super) fn run(arguments: &Inspect, format: PageFormat) -> Outcome {
     let [a, b] = arguments.files.as_slice() else {
         return Err(Failure::input(format!(
             "--diff compares two scenarios, not {}",
             arguments.files.len()
         )));
     };
-    if matches!(format, Format::Csv | Format::Parquet | Format::Arrow) {
+    if matches!(
+        format,
+        PageFormat::Csv | PageFormat::Parquet | PageFormat::Arrow
+    ) {
         return Err(Failure::input(
             "--diff is text or JSON: --format table or json",
         ));
@@ -53,7 +57,7 @@ pub(super) fn run(arguments: &Inspect, format: Format) -> Outcome {
         differences,
     };
     let text = match format {
-        Format::Json => output::document_line(&document)?,
+        PageFormat::Json => output::document_line(&document)?,
         _ => output::visible(&page(&a, &b, &document)),
     };
     arguments.output.begin()?.save(text.as_bytes())?;

@@ -22,6 +22,7 @@ use nearmiss_settings::Folders;
 use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, ScenarioRow, Verdicts};
 
 use super::open::{self, EgoChoice, stand_in, user_thresholds};
+use super::output::PageFormat;
 use super::{Failure, Outcome, output};
 
 /// Arguments of `inspect`.
@@ -44,60 +45,24 @@ pub struct Inspect {
     /// Form of the output; of one scenario `table` is its page and `json` everything in it [default: from the file name,
     /// else table].
     #[arg(long, value_enum)]
-    format: Option<Format>,
+    format: Option<PageFormat>,
     #[command(flatten)]
     output: output::OutputFile,
     #[command(flatten)]
     ego: EgoChoice,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
-    /// Text for people.
-    #[value(alias = "text")]
-    Table,
-    /// CSV with a header: a row for each scenario.
-    Csv,
-    /// JSON: one object; of several, one a line.
-    #[value(alias = "jsonl")]
-    Json,
-    /// Apache Parquet with units and meanings as metadata: a row for each scenario.
-    Parquet,
-    /// A stream of Apache Arrow IPC with the same.
-    Arrow,
-}
-
-/// What the endings of names ask for.
-const ENDINGS: &[(&str, Format)] = &[
-    ("txt", Format::Table),
-    ("csv", Format::Csv),
-    ("json", Format::Json),
-    ("jsonl", Format::Json),
-    ("ndjson", Format::Json),
-    ("parquet", Format::Parquet),
-    ("arrow", Format::Arrow),
-    ("arrows", Format::Arrow),
-];
-
-impl Format {
-    /// The format of a table for programs; none of text.
-    fn of_table(self) -> Option<output::Format> {
-        match self {
-            Self::Table => None,
-            Self::Csv => Some(output::Format::Csv),
-            Self::Json => Some(output::Format::Json),
-            Self::Parquet => Some(output::Format::Parquet),
-            Self::Arrow => Some(output::Format::Arrow),
-        }
-    }
-}
-
 impl Inspect {
     /// Whether rows are asked for, and not the page of the only file.
-    fn asks_for_rows(&self, format: Format) -> bool {
+    fn asks_for_rows(&self, format: PageFormat) -> bool {
         let several = self.files.len() > 1 || self.files.iter().any(|file| file.is_dir());
         let selects = self.terms.is_some() || self.top.is_some() || self.output.file().is_some();
-        several || selects || matches!(format, Format::Csv | Format::Parquet | Format::Arrow)
+        several
+            || selects
+            || matches!(
+                format,
+                PageFormat::Csv | PageFormat::Parquet | PageFormat::Arrow
+            )
     }
 
     /// Whether the only file is listed by the scenarios in it, of which no ego is chosen.
@@ -116,12 +81,8 @@ impl Inspect {
 
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
-    let known = (
-        ENDINGS,
-        ".txt, .csv, .json, .jsonl, .ndjson, .parquet and .arrow",
-    );
     let file = arguments.output.file();
-    let format = output::format_of(arguments.format, file, Format::Table, known)?;
+    let format = PageFormat::of(arguments.format, file)?;
     open::check_reading(&arguments.files, file)?;
     if arguments.diff {
         return difference::run(arguments, format);
@@ -138,7 +99,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
             )),
         };
     }
-    let (file, as_json) = (&arguments.files[0], format == Format::Json);
+    let (file, as_json) = (&arguments.files[0], format == PageFormat::Json);
     let entry = open::entry(file)?;
     if let EntryLocation::File(path) = &entry.place
         && root_of_file(path) == Root::Solution

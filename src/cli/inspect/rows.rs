@@ -1,7 +1,6 @@
 //! `nearmiss inspect PATH…` of several: a row for each scenario, the most severe first.
 
 use std::num::NonZeroUsize;
-use std::path::Path;
 
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_record::{Record, Table, columns, row_of, text_table};
@@ -12,12 +11,12 @@ use nearmiss_store::Store;
 use nearmiss_workflow::{Filter, MissingEgo, OpenRequest, Overview, ScenarioRow, Verdicts, open};
 use serde_json::{Value, json};
 
-use super::{Format, Inspect};
+use super::Inspect;
 use crate::ending::interrupted;
 use crate::files::{Inputs, Labels};
 use crate::many_files::{Failed, Job, NEXT};
 use crate::open::{found, not_opened, said_once, stand_in, user_thresholds, without_ego};
-use crate::output::{self, Row, TableWriter};
+use crate::output::{self, PageFormat, Row};
 use crate::{Failure, Outcome};
 
 /// What is said while a scenario is read, and its row.
@@ -27,7 +26,7 @@ struct Read {
 }
 
 /// Prints a row for each scenario at the paths, or writes them to a file; one that cannot be read is said and counted.
-pub fn run(arguments: &Inspect, format: Format) -> Outcome {
+pub fn run(arguments: &Inspect, format: PageFormat) -> Outcome {
     let checked = arguments
         .terms
         .as_deref()
@@ -125,7 +124,7 @@ fn read(
     })
 }
 
-fn write(arguments: &Inspect, format: Format, all: Vec<Overview>, labels: &Labels) -> Outcome {
+fn write(arguments: &Inspect, format: PageFormat, all: Vec<Overview>, labels: &Labels) -> Outcome {
     let (file, overwrites) = (arguments.output.file(), arguments.output.overwrites());
     let columns = columns::<ScenarioRow>();
     let rows = |name: &dyn Fn(&ScenarioRow) -> String| {
@@ -163,31 +162,8 @@ fn write(arguments: &Inspect, format: Format, all: Vec<Overview>, labels: &Label
         ("version", env!("CARGO_PKG_VERSION").into()),
         ("columns", meanings.collect::<Value>().to_string()),
     ];
-    save(
-        &table,
-        format,
-        rows,
-        output::Target::begin(file, overwrites)?,
-        file,
-    )
-}
-
-fn save(
-    table: &Table,
-    format: output::Format,
-    rows: Vec<Row>,
-    target: output::Target,
-    file: Option<&Path>,
-) -> Outcome {
-    let encoded = table.encode(format, rows);
-    let done = TableWriter::begin(target, format, table).and_then(|mut writer| {
-        writer.write(encoded)?;
-        writer.finish()
-    });
-    match output::written(file, done)? {
-        Some(target) => target.finish(),
-        None => Ok(()),
-    }
+    let target = output::Target::begin(file, overwrites)?;
+    output::save_table(&table, format, rows, target, file)
 }
 
 /// What can be typed for a scenario: of one in a file its address, as its name alone would not do.

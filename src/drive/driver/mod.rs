@@ -12,6 +12,7 @@ mod ideal;
 mod last_second;
 mod model;
 mod preventability;
+mod record;
 mod ride;
 mod rss;
 mod surprise;
@@ -19,6 +20,7 @@ mod surprise;
 pub use field::{Field, Place};
 pub use model::{Driver, DriverModel, NotMadeFor, Now, Parameter, Seen};
 pub use preventability::{DriverResult, DriverVerdict, Preventability};
+pub use record::{PreventabilityRecord, VerdictRecord};
 pub use ride::{Ride, Touch};
 
 /// Every driver, in the order of columns.

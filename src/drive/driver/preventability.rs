@@ -195,18 +195,6 @@ impl Preventability {
     }
 }
 
-impl std::fmt::Display for Preventability {
-    /// `preventable by 4 of 6`; of a near miss whether others would have avoided it, too.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (avoided, all) = self.count();
-        match (&self.contact, all) {
-            (_, 0) => f.write_str("no driver is made for it"),
-            (Some(_), _) => write!(f, "preventable by {avoided} of {all}"),
-            (None, _) => write!(f, "avoided by {avoided} of {all}"),
-        }
-    }
-}
-
 impl Field<'_> {
     /// The ride of a driver from a step on.
     #[must_use]

@@ -1,0 +1,252 @@
+//! `nearmiss drivers`: which models of drivers avoid the contacts and near misses of recordings; without files, the models.
+
+use std::path::PathBuf;
+
+use nearmiss_drive::driver::{DRIVERS, VerdictRecord};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_record::{Cell, Column, Kind, Row, text_table};
+use nearmiss_scene::metrics::{SEVERITY_NAMES, Thresholds};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_settings::Folders;
+use nearmiss_workflow::tables::{Encounter, RowFile, encounter_rows, encounter_table, encounters};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::ending::interrupted;
+use super::files::{Inputs, Labels};
+use super::many_files::{Failed, Job, NEXT, ShardOption};
+use super::open::{EgoChoice, found, scene_and_doubts, user_thresholds};
+use super::output::{self, OutputFile, PageFormat};
+use super::{Failure, Outcome, json};
+
+/// Arguments of `drivers`.
+#[derive(Debug, clap::Args)]
+pub struct Drivers {
+    /// Scenario files, folders or names of bundled scenarios [default: list the drivers].
+    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    ego: EgoChoice,
+    /// Format of the table [default: from the file name, else table].
+    #[arg(long, value_enum)]
+    format: Option<PageFormat>,
+    #[command(flatten)]
+    output: OutputFile,
+    #[command(flatten)]
+    part: ShardOption,
+}
+
+/// Runs `drivers`.
+pub fn run(arguments: &Drivers) -> Outcome {
+    let file = arguments.output.file();
+    let format = PageFormat::of(arguments.format, file)?;
+    if arguments.paths.is_empty() {
+        return list(arguments, format);
+    }
+    if let Some(format) = format.of_table() {
+        output::check_format(format, file)?;
+    }
+    let thresholds = match Folders::find() {
+        Ok(folders) => user_thresholds(&folders)?,
+        // Without a home folder there are no thresholds of the user.
+        Err(_) => Thresholds::shipped().clone(),
+    };
+    let entries = arguments.part.of(found(&arguments.paths)?);
+    Inputs::of(&entries).spare(file)?;
+    let ego = arguments.ego.wanted(&entries)?;
+    let labels = Labels::new(&entries);
+    let stop = interrupted(file.is_some());
+    let mut failed = Failed::of(entries.len());
+    let (mut rows, mut lines) = (Vec::new(), Vec::new());
+    let done = Job::new("scenarios", &stop)
+        .writing_file(file.is_some())
+        .run(
+            &entries,
+            |entry| Some((entry, judged(entry, &ego, &thresholds))),
+            |_, (entry, judged)| {
+                match judged {
+                    Ok((said, scene, found)) => {
+                        said.iter().for_each(|said| output::say(said));
+                        let name = labels.of(&entry.name, &entry.display());
+                        lines.extend(found.iter().map(|one| text_row(&name, &scene, one)));
+                        rows.extend(encounter_rows(&RowFile::new(entry, &scene), &scene, &found));
+                    }
+                    Err(failure) => failed.add(failure),
+                }
+                NEXT
+            },
+        );
+    done.end("no file was written")?;
+    if !failed.all() {
+        let target = arguments.output.begin()?;
+        match format.of_table() {
+            Some(format) => output::save_table(&encounter_table(), format, rows, target, file)?,
+            None => target.save(text(&lines).as_bytes())?,
+        }
+    }
+    failed.end("judged")
+}
+
+type Judged = (Vec<String>, std::sync::Arc<Scene>, Vec<Encounter>);
+
+fn judged(entry: &Entry, ego: &EgoSelection, thresholds: &Thresholds) -> Result<Judged, Failure> {
+    let (scene, said) = scene_and_doubts(entry, ego)?;
+    let found = encounters(&scene, thresholds);
+    Ok((said, scene, found))
+}
+
+/// The table for people.
+fn text(rows: &[Row]) -> String {
+    let column = |name: &'static str, kind, unit| Column {
+        title: name.into(),
+        decimals: Some(2),
+        ..Column::new(name, kind, unit, "")
+    };
+    let mut columns = vec![
+        column("scenario", Kind::Text, ""),
+        column("obstacle", Kind::Integer, ""),
+        column("at", Kind::Number, "s"),
+        column("encounter", Kind::Text, ""),
+        column("avoided by", Kind::Text, ""),
+    ];
+    columns.extend(
+        DRIVERS
+            .iter()
+            .map(|driver| column(driver.id, Kind::Text, "")),
+    );
+    if rows.is_empty() {
+        return "no contact, conflict or near miss that someone could drive before\n".into();
+    }
+    format!(
+        "{}\n{}\n",
+        text_table(&columns, rows),
+        "seconds: how long before the encounter this driver could still take over and avoid contact; m/s: closing speed at \
+         its contact; -: not made for it; behind: hit from behind by who does not see it brake"
+    )
+}
+
+fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
+    let found = &one.drivers;
+    let encounter = match found.closing_speed {
+        Some(speed) => format!(
+            "{} {speed:.1} m/s",
+            SEVERITY_NAMES[usize::from(one.severity)]
+        ),
+        None => SEVERITY_NAMES[usize::from(one.severity)].to_owned(),
+    };
+    let cell = |verdict: &VerdictRecord| match (verdict.result.as_str(), verdict.closing_speed) {
+        ("not_made_for", _) => "-".to_owned(),
+        ("hit_from_behind", _) => "behind".to_owned(),
+        (_, Some(speed)) => format!("{speed:.1} m/s"),
+        _ => match verdict.last_moment_step {
+            Some(last) => format!("{:.1} s", (found.step - last) as f64 * scene.scenario.dt()),
+            None => verdict.result.clone(),
+        },
+    };
+    let fixed = [
+        output::visible(name).into(),
+        Cell::Integer(found.obstacle),
+        Cell::Number(scene.time_of(found.step)),
+        encounter.into(),
+        format!("{} of {}", found.avoided, found.decided).into(),
+    ];
+    let drivers = found.drivers.iter().map(|verdict| cell(verdict).into());
+    fixed.into_iter().chain(drivers).collect()
+}
+
+/// A driver for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct DriverDocument {
+    /// Its id.
+    driver: &'static str,
+    /// Its name.
+    name: &'static str,
+    /// When it reacts, and what it does.
+    formula: &'static str,
+    /// The numbers in the formula.
+    parameters: Vec<ParameterDocument>,
+    /// Where it is published.
+    source: &'static str,
+    /// What it leaves out.
+    limits: &'static str,
+    /// Kinds of encounters that it is not made for.
+    not_made_for: Vec<&'static str>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct ParameterDocument {
+    symbol: &'static str,
+    value: f64,
+    unit: &'static str,
+    meaning: &'static str,
+}
+
+impl json::Output for DriverDocument {
+    const NAME: &'static str = "drivers";
+    const TITLE: &'static str = "`drivers --format json` without paths: one driver a line";
+}
+
+/// Lists the drivers.
+fn list(arguments: &Drivers, format: PageFormat) -> Outcome {
+    let target = arguments.output.begin()?;
+    let text = match format {
+        PageFormat::Table => page(),
+        PageFormat::Json => {
+            let lines = DRIVERS.iter().map(|driver| {
+                output::document_line(&DriverDocument {
+                    driver: driver.id,
+                    name: driver.name,
+                    formula: driver.formula,
+                    parameters: { driver.parameters.iter() }
+                        .map(|p| ParameterDocument {
+                            symbol: p.symbol,
+                            value: p.value,
+                            unit: p.unit,
+                            meaning: p.what,
+                        })
+                        .collect(),
+                    source: driver.source,
+                    limits: driver.limits,
+                    not_made_for: driver.not_made_for.iter().map(|kind| kind.name()).collect(),
+                })
+            });
+            lines.collect::<Result<String, Failure>>()?
+        }
+        _ => {
+            return Err(Failure::input(
+                "the list of drivers is text or json; name scenarios for a table",
+            ));
+        }
+    };
+    target.save(text.as_bytes())
+}
+
+/// The drivers in words: each with its formula, numbers, source and limits.
+pub fn page() -> String {
+    let words = |driver: &nearmiss_drive::driver::DriverModel| {
+        let numbers = driver.parameters.iter().map(|p| {
+            let value = format!("{:.3}", p.value);
+            let value = value.trim_end_matches('0').trim_end_matches('.');
+            format!("  {} = {value} {}: {}\n", p.symbol, p.unit, p.what)
+        });
+        let not_made: Vec<&str> = driver
+            .not_made_for
+            .iter()
+            .map(|kind| kind.words())
+            .collect();
+        let not_made = match not_made.as_slice() {
+            [] => String::new(),
+            kinds => format!("  not made for: {}\n", kinds.join(", ")),
+        };
+        format!(
+            "{}: {}\n  {}\n{}  source: {}\n  limits: {}\n{not_made}",
+            driver.id,
+            driver.name,
+            driver.formula,
+            numbers.collect::<String>(),
+            driver.source,
+            driver.limits
+        )
+    };
+    let all: Vec<String> = DRIVERS.iter().map(words).collect();
+    all.join("\n")
+}

@@ -1,0 +1,118 @@
+//! What drivers make of an encounter, as a record for programs.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{DriverResult, DriverVerdict, Preventability, ideal};
+
+/// Which drivers avoid an encounter.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct PreventabilityRecord {
+    /// Id of the other road user in it.
+    pub obstacle: i64,
+    /// Step of the contact, or the most severe one of a near miss.
+    pub step: i64,
+    /// From this step on each driver drives.
+    pub from_step: i64,
+    /// Closing speed at the ego's own contact; null without one.
+    #[schemars(extend("unit" = "m/s"))]
+    pub closing_speed: Option<f64>,
+    /// Drivers that avoid contact.
+    pub avoided: usize,
+    /// Drivers that decide: those made for it, and not hit from behind by someone who does not see them.
+    pub decided: usize,
+    /// Each driver.
+    pub drivers: Vec<VerdictRecord>,
+}
+
+/// What one driver makes of it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct VerdictRecord {
+    /// Its id.
+    pub driver: String,
+    /// avoided, mitigated, not_avoided, hit_from_behind or not_made_for.
+    pub result: String,
+    /// What it is not made for.
+    pub not_made_for: Option<String>,
+    /// The step at which it first reacts.
+    pub reacts_step: Option<i64>,
+    /// Closing speed at its contact.
+    #[schemars(extend("unit" = "m/s"))]
+    pub closing_speed: Option<f64>,
+    /// The last step at which it could take over and still avoid contact.
+    pub last_moment_step: Option<i64>,
+}
+
+impl From<&Preventability> for PreventabilityRecord {
+    fn from(found: &Preventability) -> Self {
+        let (avoided, decided) = found.count();
+        Self {
+            obstacle: found.obstacle,
+            step: found.step,
+            from_step: found.from,
+            closing_speed: found.contact.map(|contact| contact.closing_speed),
+            avoided,
+            decided,
+            drivers: found.verdicts.iter().map(VerdictRecord::from).collect(),
+        }
+    }
+}
+
+impl From<&DriverVerdict> for VerdictRecord {
+    fn from(verdict: &DriverVerdict) -> Self {
+        let result = &verdict.result;
+        Self {
+            driver: verdict.driver.id.into(),
+            result: result.word().into(),
+            not_made_for: match result {
+                DriverResult::NotMadeFor(kind) => Some(kind.name().into()),
+                _ => None,
+            },
+            reacts_step: verdict.reacts,
+            closing_speed: result.contact().map(|touch| touch.closing_speed),
+            last_moment_step: verdict.last_moment,
+        }
+    }
+}
+
+impl PreventabilityRecord {
+    /// What the driver with this id makes of it.
+    #[must_use]
+    pub fn by(&self, driver: &str) -> Option<&VerdictRecord> {
+        self.drivers.iter().find(|verdict| verdict.driver == driver)
+    }
+
+    /// `preventable by 4 of 6`, of a near miss `avoided by 4 of 6`; who disagrees is named.
+    #[must_use]
+    pub fn words(&self) -> String {
+        if self.decided == 0 {
+            return "no driver is made for it".into();
+        }
+        let word = match self.closing_speed {
+            Some(_) => "preventable",
+            None => "avoided",
+        };
+        let count = format!("{word} by {} of {}", self.avoided, self.decided);
+        match self.disagreement() {
+            Some(words) => format!("{count}; {words}"),
+            None => count,
+        }
+    }
+
+    /// Where models of people disagree: `cc, r157 do not avoid it, rss, fsm do`.
+    #[must_use]
+    pub fn disagreement(&self) -> Option<String> {
+        let people = self.drivers.iter().filter(|v| v.driver != ideal::MODEL.id);
+        let of = |results: &[&str]| -> Vec<&str> {
+            let these = people
+                .clone()
+                .filter(|v| results.contains(&v.result.as_str()));
+            these.map(|v| v.driver.as_str()).collect()
+        };
+        let (yes, no) = (of(&["avoided"]), of(&["mitigated", "not_avoided"]));
+        let disagree = !yes.is_empty() && !no.is_empty();
+        disagree.then(|| format!("{} do not avoid it, {} do", no.join(", "), yes.join(", ")))
+    }
+}

@@ -1,0 +1,120 @@
+//! The table of encounters: recorded contacts, conflicts and near misses, and which drivers avoid them.
+
+use nearmiss_drive::driver::{DRIVERS, Field, Preventability, PreventabilityRecord};
+use nearmiss_record::{Cell, Column, Kind, Row, Table};
+use nearmiss_scene::metrics::{Context, SEVERITY_NAMES, Thresholds, critical_moments};
+use nearmiss_scene::scenario::Scene;
+
+use super::{RowFile, WHEN, integer, meanings, rounded, text, when};
+
+/// The most severe grade that is no encounter.
+const NEAR_MISS: u8 = 2;
+
+/// A contact, conflict or near miss of the ego.
+#[derive(Debug, Clone)]
+pub struct Encounter {
+    /// How severe it is, 0 (contact) to 2 (near miss).
+    pub severity: u8,
+    /// Who avoids it.
+    pub drivers: PreventabilityRecord,
+}
+
+/// The encounters of a scene, the most severe first. Those that begin with the recording have none: nobody can drive
+/// before them.
+#[must_use]
+pub fn encounters(scene: &Scene, thresholds: &Thresholds) -> Vec<Encounter> {
+    let moments = critical_moments(&Context::under(scene, thresholds));
+    let severe = moments
+        .into_iter()
+        .filter(|moment| moment.grade.number() <= NEAR_MISS);
+    let judged = severe.filter_map(|moment| {
+        let field = Field::around(scene, moment.step)?;
+        let found = Preventability::in_field(&field, moment.obstacle, moment.step);
+        Some(Encounter {
+            severity: moment.grade.number(),
+            drivers: PreventabilityRecord::from(&found.with_last_moments(&field)),
+        })
+    });
+    judged.collect()
+}
+
+/// The table: of each driver what comes of it, how fast its contact is, and how long before the encounter it could still
+/// take over.
+#[must_use]
+pub fn encounter_table() -> Table {
+    let fixed = [
+        text("encounter", "contact, conflict or near miss"),
+        integer("obstacle", "id of the other road user"),
+        Column::new(
+            "closing_speed",
+            Kind::Number,
+            "m/s",
+            "closing speed at the ego's own contact",
+        )
+        .optional(),
+        integer("avoided", "drivers that avoid contact"),
+        integer(
+            "decided",
+            "drivers that decide: made for it and not hit from behind by who does not see them",
+        ),
+    ];
+    let drivers = DRIVERS.iter().flat_map(|driver| {
+        let number = |what: &str, unit, source| Column {
+            name: format!("{}_{what}", driver.id).into(),
+            ..Column::new("", Kind::Number, unit, source).optional()
+        };
+        [
+            Column::new(driver.id, Kind::Text, "", driver.name),
+            number("closing_speed", "m/s", "closing speed at its contact"),
+            number(
+                "last_moment",
+                "s",
+                "how long before the encounter it could still take over and avoid contact",
+            ),
+        ]
+    });
+    let columns = { RowFile::COLUMNS.into_iter() }
+        .chain(WHEN)
+        .chain(fixed)
+        .chain(drivers);
+    let mut table = Table::new("encounters", columns.collect());
+    table.metadata = vec![
+        ("version", env!("CARGO_PKG_VERSION").into()),
+        ("columns", meanings(&table).to_string()),
+    ];
+    table
+}
+
+/// The rows of a scene's encounters.
+#[must_use]
+pub fn encounter_rows(file: &RowFile, scene: &Scene, encounters: &[Encounter]) -> Vec<Row> {
+    let count = |n: usize| Cell::Integer(i64::try_from(n).unwrap_or(i64::MAX));
+    let number = |value: Option<f64>| value.map_or(Cell::None(""), |v| Cell::finite(rounded(v)));
+    let row = |one: &Encounter| {
+        let found = &one.drivers;
+        let fixed = [
+            SEVERITY_NAMES[usize::from(one.severity)].into(),
+            Cell::Integer(found.obstacle),
+            number(found.closing_speed),
+            count(found.avoided),
+            count(found.decided),
+        ];
+        let drivers = found.drivers.iter().flat_map(|verdict| {
+            let before = verdict
+                .last_moment_step
+                .map(|last| (found.step - last) as f64 * scene.scenario.dt());
+            [
+                verdict.result.clone().into(),
+                number(verdict.closing_speed),
+                number(before),
+            ]
+        });
+        let cells = file
+            .cells()
+            .into_iter()
+            .chain(when(scene, found.step))
+            .chain(fixed);
+        cells.chain(drivers).collect()
+    };
+    encounters.iter().map(row).collect()
+}
