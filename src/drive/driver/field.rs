@@ -11,15 +11,12 @@ use super::model::{EXPECTATION, Seen, surprise};
 #[derive(Debug)]
 pub struct Field<'s> {
     pub(super) scene: &'s Scene,
-    pub(super) path: DrivenPath,
+    pub(super) lookout: Lookout,
     /// The ego, recorded: arc length (m) and speed (m/s) at each step from `first` on.
     pub(super) ego: Vec<(f64, f64)>,
     pub(super) first: i64,
     /// The last step that is looked at; those after the recording are continued with heading and speed kept.
     pub(super) last: i64,
-    pub(super) dt: f64,
-    /// The ego's body along its heading, from its centre: rear and front, right and left, metres.
-    pub(super) own: [(f64, f64); 2],
     pub(super) others: Vec<Other<'s>>,
 }
 
@@ -98,17 +95,12 @@ impl<'s> Field<'s> {
         let ego = { motions.iter() }
             .map(|(step, motion)| Some((path.length_at(*step)?, motion.velocity.abs())));
         let ego: Vec<(f64, f64)> = ego.collect::<Option<_>>()?;
-        let body = scene.ego_footprint_at(event);
-        let flat = Pose::new(0.0, 0.0, 0.0);
-        let axis = |x, y| body.at(flat).extent(&flat.position, &Vector::new(x, y));
         let mut field = Self {
             scene,
-            own: [axis(1.0, 0.0), axis(0.0, 1.0)],
-            path,
+            lookout: Lookout::new(path, scene.ego_footprint_at(event), dt),
             ego,
             first,
             last,
-            dt,
             others: Vec::new(),
         };
         field.others = field.look_around();
@@ -118,9 +110,9 @@ impl<'s> Field<'s> {
     fn look_around(&self) -> Vec<Other<'s>> {
         let end = self.ego.last().map_or(0.0, |(s, v)| s + v * AFTER);
         let corners = [Some(0.0), self.ego.last().map(|(s, _)| *s), Some(end)];
-        let middle = self.path.at(self.ego[self.ego.len() / 2].0);
+        let middle = self.lookout.path.at(self.ego[self.ego.len() / 2].0);
         let points = { corners.into_iter().flatten() }
-            .filter_map(|s| self.path.at(s))
+            .filter_map(|s| self.lookout.path.at(s))
             .chain(middle);
         let bounds = points.fold(None, |bounds: Option<(Point, Point)>, pose| {
             let p = pose.position;
@@ -144,7 +136,7 @@ impl<'s> Field<'s> {
                 let (motion, is_known) = self.motion(&participant, step)?;
                 let footprint = participant.footprint_at(step);
                 near(&motion.pose.position, footprint.reach()).then_some(())?;
-                self.place(footprint, &motion, is_known, &mut hint)
+                self.lookout.place(footprint, &motion, is_known, &mut hint)
             };
             let places: Vec<Option<Place>> = (self.first..=self.last).map(&mut place).collect();
             let is_there = places.iter().any(Option::is_some);
@@ -165,7 +157,7 @@ impl<'s> Field<'s> {
         // Who was gone before the recording ended stays away.
         let end = self.recording_ends();
         let motion = participant.at(end).filter(|_| step > end)?;
-        let away = motion.velocity_vector() * (step - end) as f64 * self.dt;
+        let away = motion.velocity_vector() * (step - end) as f64 * self.lookout.dt;
         let pose = Pose {
             position: motion.pose.position + away,
             ..motion.pose
@@ -182,7 +174,58 @@ impl<'s> Field<'s> {
         tracks.max().unwrap_or(i64::MIN).max(self.scene.last_step())
     }
 
-    fn place(
+    /// The ego's body at an arc length and an offset to the left, metres, turned by so much from the path.
+    pub(super) fn own_at(&self, s: f64, aside: f64, turned: f64) -> Option<Placed<'_>> {
+        let mut pose = self.lookout.path.at(s)?;
+        pose.position += pose.left() * aside;
+        pose.heading += turned;
+        Some(self.scene.ego.footprint.at(pose))
+    }
+
+    /// What a driver at an arc length (m) sees at a step, into `seen`.
+    pub(super) fn see(&self, step: i64, s: f64, seen: &mut Vec<Seen>) {
+        let at = (step - self.first) as usize;
+        let [before, expected] = [EVALUATION, EXPECTATION].map(|ago| self.lookout.steps(ago));
+        let others = self.others.iter().map(|other| {
+            let then = |ago: usize| other.places[at.checked_sub(ago)?];
+            [other.places[at], then(before), then(expected)]
+        });
+        self.lookout.see(s, others, seen);
+    }
+}
+
+/// What the driver of a body on a path sees of others.
+#[derive(Debug)]
+pub(crate) struct Lookout {
+    pub path: DrivenPath,
+    /// The ego's body along its heading, from its centre: rear and front, right and left, metres.
+    pub own: [(f64, f64); 2],
+    /// Seconds between two steps.
+    pub dt: f64,
+}
+
+impl Lookout {
+    /// The lookout of a body.
+    pub fn new(path: DrivenPath, body: &Footprint, dt: f64) -> Self {
+        let flat = Pose::new(0.0, 0.0, 0.0);
+        let axis = |x, y| body.at(flat).extent(&flat.position, &Vector::new(x, y));
+        Self {
+            path,
+            own: [axis(1.0, 0.0), axis(0.0, 1.0)],
+            dt,
+        }
+    }
+
+    /// Steps in a time, at least one.
+    pub fn steps(&self, seconds: f64) -> usize {
+        ((seconds / self.dt).round() as usize).max(1)
+    }
+
+    /// Where others are now, were before and were when they were last expected to be somewhere.
+    pub const LOOKS: [f64; 3] = [0.0, EVALUATION, EXPECTATION];
+
+    /// A body on the path; the place is looked for near `hint`.
+    pub fn place(
         &self,
         footprint: &Footprint,
         motion: &Motion,
@@ -211,34 +254,25 @@ impl<'s> Field<'s> {
         })
     }
 
-    /// The ego's body at an arc length and an offset to the left, metres, turned by so much from the path.
-    pub(super) fn own_at(&self, s: f64, aside: f64, turned: f64) -> Option<Placed<'_>> {
-        let mut pose = self.path.at(s)?;
-        pose.position += pose.left() * aside;
-        pose.heading += turned;
-        Some(self.scene.ego.footprint.at(pose))
-    }
-
-    /// What a driver at an arc length (m) sees at a step, into `seen`.
-    pub(super) fn see(&self, step: i64, s: f64, seen: &mut Vec<Seen>) {
+    /// What is seen from an arc length (m), into `seen`: of each where it is, and was at [`Self::LOOKS`].
+    pub fn see(
+        &self,
+        s: f64,
+        others: impl Iterator<Item = [Option<Place>; 3]>,
+        seen: &mut Vec<Seen>,
+    ) {
         seen.clear();
-        let at = (step - self.first) as usize;
-        let ago = |seconds: f64| at.saturating_sub((seconds / self.dt).round() as usize);
-        let (before, expected) = (ago(EVALUATION), ago(EXPECTATION));
         let [(rear, front), (right, left)] = self.own;
         let (own_long, own_lat) = ((front - rear) / 2.0, (left - right) / 2.0);
         let (shift, side) = (f64::midpoint(rear, front), f64::midpoint(right, left));
+        let passed = |ago: f64| self.steps(ago) as f64 * self.dt;
         let mut hides: Option<(f64, f64)> = None;
-        for other in &self.others {
-            let Some(now) = other.places[at].filter(|place| place.is_known) else {
+        for places in others {
+            let [now, before, expected] = places.map(|place| place.filter(|place| place.is_known));
+            let Some(now) = now else {
                 continue;
             };
-            let ahead = now.along - s - shift;
-            let aside = now.aside - side;
-            let known =
-                |then: usize| other.places[then].filter(|place| place.is_known && then < at);
-            let then = known(before);
-            let towards = -now.across * aside.signum();
+            let (ahead, aside) = (now.along - s - shift, now.aside - side);
             seen.push(Seen {
                 ahead,
                 gap_long: ahead.abs() - own_long - now.half_long,
@@ -246,14 +280,13 @@ impl<'s> Field<'s> {
                 aside,
                 half_lengths: own_long + now.half_long,
                 speed: now.speed,
-                towards,
-                acceleration: then.map_or(0.0, |then| {
-                    (now.speed - then.speed) / ((at - before) as f64 * self.dt)
-                }),
+                towards: -now.across * aside.signum(),
+                acceleration: before
+                    .map_or(0.0, |then| (now.speed - then.speed) / passed(EVALUATION)),
                 left_lane: None,
-                surprise: known(expected).map_or(0.0, |then| {
-                    let passed = (at - expected) as f64 * self.dt;
-                    let (along, aside) = (then.speed * passed, then.across * passed);
+                surprise: expected.map_or(0.0, |then| {
+                    let seconds = passed(EXPECTATION);
+                    let (along, aside) = (then.speed * seconds, then.across * seconds);
                     surprise(
                         now.along - then.along - along,
                         now.aside - then.aside - aside,

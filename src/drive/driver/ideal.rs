@@ -151,13 +151,13 @@ impl Field<'_> {
                 break;
             }
             let a = manoeuvre.acceleration;
-            let left = (manoeuvre.until - speed) / self.dt;
+            let left = (manoeuvre.until - speed) / self.lookout.dt;
             let used = if a < 0.0 {
                 a.max(left).min(0.0)
             } else {
                 a.min(left).max(0.0)
             };
-            (s, speed) = advance(s, speed, used, self.dt);
+            (s, speed) = advance(s, speed, used, self.lookout.dt);
             let now = spot(s, speed);
             ride.touch = self.touch(step, &was, &now);
             if now.aside != 0.0 && ride.touch.is_none() && !self.is_on_road(&now, road) {
@@ -185,7 +185,7 @@ impl Field<'_> {
         let near = |p: &Point| {
             [0.0, end / 2.0, end]
                 .iter()
-                .filter_map(|s| self.path.at(*s))
+                .filter_map(|s| self.lookout.path.at(*s))
                 .any(|pose| (pose.position - p).norm() <= end / 2.0 + NEAR)
         };
         let lanelets = self

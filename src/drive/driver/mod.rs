@@ -17,6 +17,7 @@ mod ride;
 mod rss;
 mod surprise;
 
+pub(crate) use field::Lookout;
 pub use field::{Field, Place};
 pub use model::{Driver, DriverModel, NotMadeFor, Now, Parameter, Seen};
 pub use preventability::{DriverResult, DriverVerdict, Preventability};

@@ -22,7 +22,7 @@ pub struct DriverModel {
     /// The gap (m) that it keeps behind a vehicle as fast as itself (m/s), where its source says so.
     pub following_gap: Option<fn(f64) -> f64>,
     /// A fresh one; `None` for the ideal driver, which is a search and not a rule.
-    pub(super) begin: Option<fn() -> Box<dyn Driver>>,
+    pub(crate) begin: Option<fn() -> Box<dyn Driver>>,
 }
 
 /// A number in a driver's formula.

@@ -269,11 +269,11 @@ impl Field<'_> {
                 _ => {}
             }
         }
-        let behind = there.along + there.half_long < s + self.own[0].0;
+        let behind = there.along + there.half_long < s + self.lookout.own[0].0;
         if contact.map_or(behind, Touch::is_from_behind) {
             kinds.push(NotMadeFor::Behind);
         }
-        let headings = [0.0, s].map(|s| self.path.at(s).map(|pose| pose.heading));
+        let headings = [0.0, s].map(|s| self.lookout.path.at(s).map(|pose| pose.heading));
         if let [Some(a), Some(b)] = headings
             && angle_between(a, b).abs() > CURVE
         {

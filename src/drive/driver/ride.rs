@@ -90,7 +90,7 @@ impl Field<'_> {
         self.follow(from, |step, (s, speed, acceleration)| {
             self.see(step, s, &mut seen);
             let wanted = driver.react(&Now {
-                dt: self.dt,
+                dt: self.lookout.dt,
                 speed,
                 acceleration,
                 others: &seen,
@@ -112,7 +112,7 @@ impl Field<'_> {
             return ride;
         };
         let before = recorded(from - 1).map_or(speed, |(_, before)| before);
-        let mut acceleration = (speed - before) / self.dt;
+        let mut acceleration = (speed - before) / self.lookout.dt;
         ride.touch = self.overlap(from, s, speed);
         ride.states.push((from, s, speed, acceleration));
         let mut is_as_recorded = true;
@@ -127,14 +127,14 @@ impl Field<'_> {
                 speed,
             };
             let choice = choose(step, (s, speed, acceleration));
-            let most = ORDINARY * self.dt;
+            let most = ORDINARY * self.lookout.dt;
             (s, speed) = match (choice, recorded(step + 1)) {
                 (Choice::AsRecorded, Some(next)) => next,
                 (Choice::Ordinary, Some(next)) if is_as_recorded && next.1 >= speed - most => next,
                 (Choice::Reaction(acceleration), _) => {
                     ride.reacts.get_or_insert(step);
                     is_as_recorded = false;
-                    advance(s, speed, acceleration, self.dt)
+                    advance(s, speed, acceleration, self.lookout.dt)
                 }
                 (_, next) => {
                     is_as_recorded = false;
@@ -143,10 +143,10 @@ impl Field<'_> {
                         Some(_) => wanted.min(speed).max(speed - most),
                         None => wanted.clamp(speed - most, speed + most),
                     };
-                    advance(s, speed, (most - speed) / self.dt, self.dt)
+                    advance(s, speed, (most - speed) / self.lookout.dt, self.lookout.dt)
                 }
             };
-            acceleration = (speed - was.speed) / self.dt;
+            acceleration = (speed - was.speed) / self.lookout.dt;
             let now = Spot { s, speed, ..was };
             ride.touch = self.touch(step, &was, &now);
             ride.states.push((step + 1, s, speed, acceleration));
@@ -204,9 +204,9 @@ impl Field<'_> {
         let Some(place) = other.places.get(at).copied().flatten() else {
             return false;
         };
-        let [(rear, front), (right, left)] = self.own;
+        let [(rear, front), (right, left)] = self.lookout.own;
         let own = (front - rear).hypot(left - right) / 2.0 + front.abs().max(rear.abs());
-        let other_moved = place.velocity.norm() * self.dt;
+        let other_moved = place.velocity.norm() * self.lookout.dt;
         let moved = (now.s - was.s).abs() + other_moved + MARGIN;
         (place.along - now.s).abs() <= own + place.half_long + moved
             && (place.aside - now.aside).abs() <= own + place.half_lat + other_moved + MARGIN
@@ -225,7 +225,7 @@ impl Field<'_> {
         let own = self.own_at(now.s, now.aside, now.turned)?;
         let earlier = at.checked_sub(1).and_then(|at| other.places[at]);
         let from = earlier.map(|from| other.participant.footprint_at(step).at(from.pose));
-        let way = from.and_then(|from| driven_way(from, body, self.dt));
+        let way = from.and_then(|from| driven_way(from, body, self.lookout.dt));
         let (share, sides_at, velocity) = match (way, self.own_at(was.s, was.aside, was.turned)) {
             (Some(way), Some(own_from)) => {
                 let own_way = Sweep::new(own_from, own);

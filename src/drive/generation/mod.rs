@@ -15,6 +15,7 @@ mod manifest;
 pub mod manoeuvre;
 pub mod motion;
 mod plausibility;
+mod preventable;
 mod refusal;
 mod repair;
 mod screening;

@@ -7,6 +7,7 @@ use nearmiss_base::geometry::angle_between;
 use nearmiss_scene::scenario::{Motion, PlanningProblem, Scenario, Scene, Track};
 
 use super::external::{ExternalPlanner, ExternalReport, NoTrajectory, PlannerError, Session};
+use super::policy::{Policy, Seat};
 use super::rollout::start;
 use super::traffic::World;
 use super::{
@@ -36,6 +37,8 @@ pub struct Driver {
     recorded: Option<Arc<Scene>>,
     /// The planner; the built-in one where none is named.
     external: Option<Arc<ExternalPlanner>>,
+    /// The rule that drives instead of a planner.
+    policy: Option<Policy>,
     /// Forecasts that its drives share.
     forecasts: Option<Arc<ForecastCache>>,
 }
@@ -96,6 +99,7 @@ impl Driver {
             cancel: Cancel::default(),
             recorded: None,
             external: None,
+            policy: None,
             forecasts: None,
         })
     }
@@ -132,6 +136,12 @@ impl Driver {
     pub fn driven_by(mut self, planner: Option<Arc<ExternalPlanner>>) -> Self {
         self.external = planner;
         self
+    }
+
+    /// The same driver, which drives by a rule, if one is named, and asks no planner.
+    #[must_use]
+    pub fn driven_by_rule(self, policy: Option<Policy>) -> Self {
+        Self { policy, ..self }
     }
 
     /// The planner that is asked; `None` for the built-in one.
@@ -279,13 +289,20 @@ impl Driver {
             noted.drive.outcome = outcome;
             return noted;
         }
+        let mut seat = (self.policy).map(|policy| Seat::new(policy, self, &state));
         'drive: while step < last {
-            match control(&noted.drive) {
-                Control::Follow => {}
+            let asked = control(&noted.drive);
+            match asked {
+                Control::Follow if seat.is_none() => {}
                 Control::Stop => break 'drive,
-                Control::Brake => {
+                Control::Brake | Control::Follow => {
+                    state = match &mut seat {
+                        Some(seat) if asked == Control::Follow => {
+                            seat.step(noted.drive.scenario_in(scenario), step, &state)
+                        }
+                        _ => planner.full_braking(&state),
+                    };
                     step += 1;
-                    state = planner.full_braking(&state);
                     noted.drive.states.push((step, state));
                     world.advance(&mut noted.drive);
                     let there = noted.drive.scenario_in(scenario);

@@ -6,6 +6,7 @@
 mod closed_loop;
 mod collision;
 mod external;
+mod policy;
 mod rollout;
 mod traffic;
 
@@ -17,6 +18,7 @@ pub use external::{
     PlannerError, PlannerFault, PlannerFunction, ReferencePoint, planner_message_names,
     planner_message_schema,
 };
+pub use policy::Policy;
 pub use rollout::{
     BeyondVehicle, CollisionKind, Cycle, DriveError, Outcome, ResumableRollout, Rollout, Settings,
 };

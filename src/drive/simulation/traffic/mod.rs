@@ -23,6 +23,7 @@ use strum::{IntoStaticStr, VariantArray};
 use crate::planner::{Forecast, VehicleState};
 use crate::simulation::{ContactSide, Driver, Outcome, Rollout};
 use course::{Course, ExpectedPath, MAX_LENGTH, Neighbour};
+pub(super) use reacting::Idm;
 use reacting::Reacting;
 
 /// What the other road users do while the ego is driven.
