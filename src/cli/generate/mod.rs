@@ -15,6 +15,7 @@ pub use summary::GenerateReport;
 
 use std::path::{Path, PathBuf};
 
+use nearmiss_drive::driver::driver;
 use nearmiss_drive::generation::{AttackStyle, Effort, Wish};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
@@ -76,6 +77,10 @@ pub struct GenerateArguments {
     /// manoeuvre:cut-in place:left-lane"; `nearmiss help wishes` lists them.
     #[arg(long, value_name = "TERMS", conflicts_with = "check")]
     wish: Option<Wish>,
+    /// Prefer attacks whose contact all of these drivers would avoid, such as cc,fsm; `nearmiss drivers` lists them. The
+    /// same as the wish preventable-by:DRIVERS.
+    #[arg(long, value_name = "DRIVERS", conflicts_with = "check", value_delimiter = ',', value_parser = driver_id)]
+    preventable_by: Vec<&'static str>,
     /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome
     /// worse. With --check, how many may be changed [default: as many as --attacker names, else `attackers` of the
     /// configuration, else 1; with --check 3].
@@ -120,6 +125,23 @@ pub struct GenerateArguments {
     /// Generate nothing; check this variant, from any source, against the one given scenario.
     #[arg(long, value_name = "VARIANT", conflicts_with_all = ["output", "report", "attacker"])]
     check: Option<PathBuf>,
+}
+
+/// The id of a driver.
+fn driver_id(word: &str) -> Result<&'static str, String> {
+    driver(word.trim()).map(|driver| driver.id)
+}
+
+impl GenerateArguments {
+    /// What attacks are wished to be.
+    fn wished(&self) -> Option<Wish> {
+        if self.preventable_by.is_empty() {
+            return self.wish.clone();
+        }
+        let mut wish = self.wish.clone().unwrap_or_default();
+        wish.preventable_by.extend(&self.preventable_by);
+        Some(wish)
+    }
 }
 
 /// A file of this name is never written.
@@ -175,9 +197,10 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     };
     let style = style_of(arguments, &config);
     let searching = arguments.model == SEARCH;
-    if arguments.wish.is_some() && !searching {
+    let wish = arguments.wished();
+    if wish.is_some() && !searching {
         return Err(Failure::input(
-            "--wish is for the search, not for a model: leave out --model, or change the model's template",
+            "--wish and --preventable-by are for the search, not for a model: leave out --model, or change the model's template",
         ));
     }
     let writer = (!searching)
@@ -208,7 +231,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
             effort,
             style,
             only: distinct_attackers(&arguments.attacker),
-            wish: arguments.wish.clone(),
+            wish,
         },
         past,
     };

@@ -41,6 +41,8 @@ pub struct Summary {
     hardest: Option<f64>,
     /// Of collisions and near misses, by reaction time.
     avoidable: BTreeMap<String, usize>,
+    /// Of collisions and near misses, by driver: avoided and decided.
+    drivers: BTreeMap<String, DriverCount>,
     kinds: BTreeMap<String, usize>,
     /// Variants by how many obstacles attack together.
     together: BTreeMap<usize, usize>,
@@ -62,6 +64,15 @@ pub struct Summary {
     planners: BTreeSet<String>,
     /// Of models.
     models: ModelFigures,
+}
+
+/// What a driver makes of all collisions and near misses.
+#[derive(Debug, Clone, Copy, Default, Serialize, JsonSchema)]
+struct DriverCount {
+    /// Variants whose contact it avoids.
+    avoided: usize,
+    /// Variants that it was made for, and in which nobody hits it from behind without seeing it.
+    decided: usize,
 }
 
 /// A summary of all scenarios.
@@ -109,6 +120,8 @@ pub struct GenerateReport {
     mean_min_risk_after: Option<f64>,
     /// Avoidable variants by reaction time in seconds.
     avoidable: BTreeMap<String, usize>,
+    /// By driver: collisions and near misses that it avoids, of those that it decides.
+    preventable_by: BTreeMap<String, DriverCount>,
     /// Number of motions tried.
     candidates: usize,
     /// Share of motions that passed the gate.
@@ -202,6 +215,12 @@ impl Summary {
             for (delay, avoided) in line.avoidable.iter().flatten() {
                 *self.avoidable.entry(delay.clone()).or_default() += usize::from(*avoided);
             }
+            let verdicts = line.preventability.iter().flat_map(|found| &found.drivers);
+            for verdict in verdicts {
+                let count = self.drivers.entry(verdict.driver.clone()).or_default();
+                count.decided += usize::from(verdict.decides());
+                count.avoided += usize::from(verdict.avoids());
+            }
         }
         if let Some(samples) = &line.motion_samples {
             self.attackers.merge(&samples.attacker);
@@ -245,6 +264,13 @@ impl Summary {
         let effective = self.collisions + self.near_misses;
         if effective > 0 {
             text.push_str(&self.avoidable_words(effective));
+            let counted = { self.drivers.iter() }.filter(|(_, count)| count.decided > 0);
+            let counted =
+                counted.map(|(id, count)| format!("{id} {} of {}", count.avoided, count.decided));
+            let counted: Vec<String> = counted.collect();
+            if !counted.is_empty() {
+                text.push_str(&format!("preventable by: {}\n", counted.join(", ")));
+            }
             let people = HumanLimits::for_kind(ObstacleType::Car).braking;
             if let Some(hardest) = self.hardest.filter(|hardest| *hardest > people) {
                 text.push_str(&format!(
@@ -394,6 +420,7 @@ impl Summary {
             mean_min_risk_before: mean(&self.before),
             mean_min_risk_after: mean(&self.after),
             avoidable: self.avoidable.clone(),
+            preventable_by: self.drivers.clone(),
             candidates: self.candidates,
             valid_share_of_candidates: share(
                 self.candidates.saturating_sub(refused),

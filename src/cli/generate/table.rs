@@ -80,7 +80,15 @@ impl Table {
         let written = figures.id.as_deref().map(output::visible);
         let taken_over = figures.taken_over.then(|| "reused".into());
         let good_driver = { figures.good_driver_note() }.filter(|_| figures.outcome.is_effective());
-        let said = [written, taken_over, figures.note.clone(), good_driver];
+        let drivers = figures.preventability.as_ref().map(|found| found.words());
+        let drivers = drivers.filter(|_| figures.outcome.is_effective());
+        let said = [
+            written,
+            taken_over,
+            figures.note.clone(),
+            drivers,
+            good_driver,
+        ];
         let said: Vec<String> = said.into_iter().flatten().collect();
         let manoeuvres = figures.manoeuvres();
         let cells = [

@@ -144,20 +144,27 @@ impl Preventability {
                 },
             }
         });
-        let mut verdicts: Vec<DriverVerdict> = rides.collect();
+        let verdicts: Vec<DriverVerdict> = rides.collect();
         let avoided = verdicts.iter().any(|v| v.result == DriverResult::Avoided);
-        if let Some(bound) = verdicts.iter_mut().find(|v| v.driver.id == ideal::MODEL.id)
-            && avoided
-        {
-            // What another driver does, the ideal one can do, too.
-            bound.result = DriverResult::Avoided;
-        }
-        Self {
+        let mut found = Self {
             obstacle,
             step,
             from,
             contact,
             verdicts,
+        };
+        if avoided {
+            // What another driver does, the ideal one can do, too.
+            found.ideal_avoids();
+        }
+        found
+    }
+
+    /// Says that the ideal driver avoids it: a drive that does is known.
+    pub fn ideal_avoids(&mut self) {
+        let ideal = { self.verdicts.iter_mut() }.find(|v| v.driver.id == ideal::MODEL.id);
+        if let Some(ideal) = ideal {
+            ideal.result = DriverResult::Avoided;
         }
     }
 
@@ -186,6 +193,13 @@ impl Preventability {
             .clone()
             .filter(|v| v.result == DriverResult::Avoided);
         (avoided.count(), decided.count())
+    }
+
+    /// Whether the driver with this id avoids contact.
+    #[must_use]
+    pub fn is_avoided_by(&self, driver: &str) -> bool {
+        self.by(driver)
+            .is_some_and(|v| v.result == DriverResult::Avoided)
     }
 
     /// The verdict of a driver.

@@ -77,6 +77,20 @@ impl From<&DriverVerdict> for VerdictRecord {
     }
 }
 
+impl VerdictRecord {
+    /// Whether it avoids contact.
+    #[must_use]
+    pub fn avoids(&self) -> bool {
+        self.result == DriverResult::Avoided.word()
+    }
+
+    /// Whether it decides: made for it, and not hit from behind.
+    #[must_use]
+    pub fn decides(&self) -> bool {
+        !["not_made_for", "hit_from_behind"].contains(&self.result.as_str())
+    }
+}
+
 impl PreventabilityRecord {
     /// What the driver with this id makes of it.
     #[must_use]

@@ -129,9 +129,10 @@ impl AttackSetup<'_> {
         nearest + (SECONDS_AFTER_ATTACK / self.stage.dt()).ceil() as i64
     }
 
-    /// Drives the ego against it to the end, and looks whether each attacker is needed and an ideal driver survives it
-    /// with a reaction time of `delay` seconds. Returns what that took, see [`Effect::work`].
-    pub fn survive(&self, attack: &mut Attack, delay: f64) -> usize {
+    /// Drives the ego against it to the end, and looks whether each attacker is needed, the drivers `preventable_by` avoid
+    /// it, and an ideal driver survives it with a reaction time of `delay` seconds. Returns what that took, see
+    /// [`Effect::work`].
+    pub fn survive(&self, attack: &mut Attack, delay: f64, preventable_by: &[&str]) -> usize {
         attack.effect = self.effect(&attack.change, i64::MAX);
         let mut work = attack.effect.as_ref().map_or(0, Effect::work);
         let has_effect = attack.has_effect();
@@ -139,7 +140,10 @@ impl AttackSetup<'_> {
             return work;
         };
         let left_out = self.closed_loop.leave_each_out(effect, &attack.change);
-        if left_out.is_ok() && effect.needs_all() != Some(false) {
+        let is_needed = left_out.is_ok() && effect.needs_all() != Some(false);
+        if is_needed && !effect.is_preventable_by(self.closed_loop, preventable_by) {
+            attack.survivable = Some(false);
+        } else if is_needed {
             let certificate = Avoidability::with(self.closed_loop, effect, delay);
             attack.survivable = Some(certificate.avoidance().is_some());
             work += certificate.searched().work();

@@ -8,7 +8,7 @@ use nearmiss_scene::scenario::Scenario;
 
 use super::attack::Attack;
 use super::closed_loop_screening::NEAR_MISS;
-use super::{Avoidability, ClosedLoop};
+use super::{AllowedAttacks, Avoidability, ClosedLoop};
 use crate::simulation::{Collision, ContactSide, PlannerError, Rollout};
 
 /// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
@@ -296,6 +296,8 @@ pub struct SelectedAttack {
     pub attack: Attack,
     /// Whether an ideal driver avoids it.
     pub avoidability: Avoidability,
+    /// Whether the drivers that are wished avoid it.
+    pub is_as_wished: bool,
 }
 
 /// How many attacks are looked at, at most: a search that finds no way out takes long.
@@ -317,18 +319,28 @@ const BREAKING: usize = 3;
 /// An attack under which the planner's process fails is preferred to all but a collision that can be avoided, if it
 /// fails again. That says nothing about an ideal driver, so no way out is looked for.
 ///
-/// Being hit from behind proves nothing and is never preferred to a near miss.
+/// Being hit from behind proves nothing and is never preferred to a near miss. Those that the wished drivers avoid
+/// come before all others.
 #[must_use]
 pub fn choose<'a>(
     closed: &ClosedLoop,
     attacks: impl IntoIterator<Item = &'a Attack>,
     delay: f64,
+    allowed: AllowedAttacks<'_>,
 ) -> Option<SelectedAttack> {
+    let preventable_by = allowed.preventable_by();
     let known = attacks.into_iter().filter(|a| a.effect.is_some());
     let (breaking, others): (Vec<&Attack>, Vec<&Attack>) =
         known.partition(|a| a.effect.as_ref().is_some_and(Effect::breaks_planner));
-    let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) =
+    let (mut effective, harmless): (Vec<&Attack>, Vec<&Attack>) =
         others.into_iter().partition(|a| a.has_effect());
+    let is_wished = |attack: &Attack| {
+        let effect = attack.effect.as_ref();
+        effect.is_some_and(|effect| effect.is_preventable_by(closed, preventable_by))
+    };
+    if !preventable_by.is_empty() {
+        effective.sort_by_cached_key(|attack| !is_wished(attack));
+    }
     let mut broken = None;
     let mut breaks = || {
         let first = || first_that_breaks(closed, &breaking);
@@ -357,8 +369,9 @@ pub fn choose<'a>(
         if attack.is_idle() || !attack.has_effect() {
             continue;
         }
-        let chosen = look(closed, attack)?;
-        if chosen.avoidability.at(delay) == Some(true) {
+        let mut chosen = look(closed, attack)?;
+        chosen.is_as_wished = is_wished(&chosen.attack);
+        if chosen.avoidability.at(delay) == Some(true) && chosen.is_as_wished {
             return match chosen.rank(delay) {
                 Rank::Collision => Some(chosen),
                 _ => breaks().or(Some(chosen)),
@@ -399,6 +412,7 @@ fn first_that_breaks(closed: &ClosedLoop, attacks: &[&Attack]) -> Option<Selecte
     Some(SelectedAttack {
         attack,
         avoidability: Avoidability::not_looked_for(),
+        is_as_wished: true,
     })
 }
 
@@ -407,6 +421,7 @@ fn look(closed: &ClosedLoop, attack: Attack) -> Option<SelectedAttack> {
     Some(SelectedAttack {
         avoidability: Avoidability::search(closed, attack.effect.as_ref()?),
         attack,
+        is_as_wished: true,
     })
 }
 
@@ -420,7 +435,7 @@ impl SelectedAttack {
     /// How good it is, the more the better: a collision with an attacker that an ideal driver avoids with a reaction time
     /// of `delay` seconds, such a near miss, an effect that is not avoided, none.
     pub(super) fn rank(&self, delay: f64) -> Rank {
-        let avoided = self.avoidability.at(delay) == Some(true);
+        let avoided = self.is_as_wished && self.avoidability.at(delay) == Some(true);
         let effect = self.attack.effect.as_ref();
         match effect.map(|effect| effect.consequence) {
             None | Some(Consequence::NoEffect) => Rank::Harmless,

@@ -14,6 +14,7 @@ use super::{
     AttackerEffect, Certificate, Consequence, Effect, EvasiveReview, EvasiveTrajectory, Finder,
     Refusal, RiskCurve, SearchEffort, Variant, VariantFiles,
 };
+use crate::driver::PreventabilityRecord;
 use crate::simulation::{Collision, PlannerFault, Rollout};
 use nearmiss_scene::scenario::ContentHash;
 use nearmiss_scene::verdict::{Manoeuvre, Motion, NewMotion, TrajectoryAnswer, WaypointAnswer};
@@ -80,6 +81,9 @@ pub struct Manifest {
     pub risk_after: RiskCurve,
     /// Certificates of ideal drivers by reaction time in seconds; `None` where none was looked for.
     pub avoidable: Option<BTreeMap<String, CertificateRecord>>,
+    /// Which drivers avoid its contact or near miss; missing in variants that were saved before this was told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preventability: Option<PreventabilityRecord>,
     /// What was refused on the way to it.
     pub rejected: Vec<RefusalRecord>,
     /// A model's choice and output, if a model is the author.
@@ -451,6 +455,7 @@ impl Manifest {
             risk_before: effect.main().before.clone(),
             risk_after: effect.main().after.clone(),
             avoidable: variant.certificates(saved),
+            preventability: effect.preventability(variant.closed, variant.avoidability),
             rejected: variant.refusals.iter().map(RefusalRecord::from).collect(),
             model: variant.author.cloned(),
             made: variant.made.cloned(),

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nearmiss_scene::scenario::Scene;
 
-use super::{ClosedLoop, Effect};
-use crate::driver::{Field, Preventability};
+use super::{Avoidability, ClosedLoop, Effect};
+use crate::driver::{Field, Preventability, PreventabilityRecord};
 
 impl Effect {
     /// The attacked ego's drive as a scene.
@@ -16,22 +16,48 @@ impl Effect {
         Scene::new(Arc::clone(&self.scenario), ego)
     }
 
-    /// What drivers make of the contact, or of the step at which the risk is least without one: each in the place of the
-    /// attacked ego. With `moments` the last one of each is looked for, too. `None` where the ego is not there before.
+    /// The obstacle and the step of the contact, or of the least risk without one.
     #[must_use]
-    pub fn preventability(&self, closed: &ClosedLoop, moments: bool) -> Option<Preventability> {
-        let scene = self.scene(closed);
+    pub fn encounter(&self) -> Option<(i64, i64)> {
         let nearest = self.main().after.iter().min_by_key(|(_, score)| *score);
-        let (obstacle, step) = match self.contact {
-            Some(contact) => (contact.with, contact.step),
-            None => (self.main().obstacle, nearest?.0),
-        };
+        match self.contact {
+            Some(contact) => Some((contact.with, contact.step)),
+            None => Some((self.main().obstacle, nearest?.0)),
+        }
+    }
+
+    /// What drivers make of its encounter, each in the place of the attacked ego, and until when; the ideal one also with
+    /// the certificates. `None` where the ego is not there before.
+    #[must_use]
+    pub fn preventability(
+        &self,
+        closed: &ClosedLoop,
+        avoidability: &Avoidability,
+    ) -> Option<PreventabilityRecord> {
+        let scene = self.scene(closed);
+        let (obstacle, step) = self.encounter()?;
         let field = Field::around(&scene, step)?;
-        let found = Preventability::in_field(&field, obstacle, step);
-        Some(if moments {
-            found.with_last_moments(&field)
-        } else {
-            found
-        })
+        let mut found = Preventability::in_field(&field, obstacle, step);
+        if avoidability.at(0.0) == Some(true) {
+            found.ideal_avoids();
+        }
+        Some((&found.with_last_moments(&field)).into())
+    }
+
+    /// Whether all drivers with these ids avoid contact.
+    #[must_use]
+    pub(super) fn is_preventable_by(&self, closed: &ClosedLoop, drivers: &[&str]) -> bool {
+        if drivers.is_empty() {
+            return true;
+        }
+        let scene = self.scene(closed);
+        let judged = self.encounter().and_then(|(obstacle, step)| {
+            Some(Preventability::in_field(
+                &Field::around(&scene, step)?,
+                obstacle,
+                step,
+            ))
+        });
+        judged.is_some_and(|found| drivers.iter().all(|id| found.is_avoided_by(id)))
     }
 }

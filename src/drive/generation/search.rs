@@ -355,6 +355,7 @@ impl Search<'_> {
 
     /// Looks whether an ideal driver survives what the ego did not, the most dangerous first.
     fn look(&mut self, delay: f64) {
+        let preventable_by = self.wanted.allowed.preventable_by();
         let most = if self.hopeless() >= HOPELESS {
             OF_HOPELESS
         } else {
@@ -371,7 +372,7 @@ impl Search<'_> {
                 break;
             }
             let ground = &self.grounds[self.places[tried.arm]];
-            self.found.work += ground.survive(&mut tried.attack, delay);
+            self.found.work += ground.survive(&mut tried.attack, delay, preventable_by);
             // With all samples the ego may get away.
             looked += usize::from(tried.attack.survivable.is_some());
             if tried.attack.harmlessness() <= BEST_COST {

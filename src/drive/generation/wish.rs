@@ -12,6 +12,7 @@ use nearmiss_scene::verdict::ManoeuvreKind;
 
 use super::attacker::{Candidate, LOOKAHEAD};
 use super::{AttackContext, Capability};
+use crate::driver::driver;
 use crate::planner::Limits;
 
 /// A wish; what is empty may be anything.
@@ -23,6 +24,8 @@ pub struct Wish {
     pub manoeuvres: Vec<ManoeuvreKind>,
     /// Where they come from; each of these places has to hold.
     pub places: Vec<AttackPlace>,
+    /// Drivers that are to avoid it, by id.
+    pub preventable_by: Vec<&'static str>,
 }
 
 /// Where an attacker comes from, as the ego sees it in the seconds before they could meet, while nothing is changed.
@@ -106,6 +109,11 @@ pub struct AllowedAttacks<'a> {
 }
 
 impl AllowedAttacks<'_> {
+    /// The drivers that are to avoid it.
+    pub(super) fn preventable_by(&self) -> &[&'static str] {
+        self.wish.map_or(&[], |wish| &wish.preventable_by)
+    }
+
     /// Whether an obstacle may attack.
     pub(super) fn allow(&self, stage: &AttackContext<'_>, candidate: &Candidate) -> bool {
         let is_named = self.among.is_empty() || self.among.contains(&candidate.obstacle);
@@ -136,7 +144,8 @@ impl fmt::Display for Wish {
         let terms = [any("actor", actors), any("manoeuvre", manoeuvres)]
             .into_iter()
             .flatten()
-            .chain(places.map(|place| format!("place:{}", place.name())));
+            .chain(places.map(|place| format!("place:{}", place.name())))
+            .chain(any("preventable-by", self.preventable_by.clone()));
         f.write_str(&terms.collect::<Vec<_>>().join(" "))
     }
 }
@@ -144,7 +153,8 @@ impl fmt::Display for Wish {
 impl FromStr for Wish {
     type Err = String;
 
-    /// Reads terms, separated by spaces: `actor:` and `manoeuvre:` with alternatives separated by commas, and `place:`.
+    /// Reads terms, separated by spaces: `actor:` and `manoeuvre:` with alternatives separated by commas, `place:`, and
+    /// `preventable-by:` with drivers that all have to avoid it.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut wish = Self::default();
         for term in text.split_whitespace() {
@@ -166,9 +176,14 @@ impl FromStr for Wish {
                     let place = named(key, value, &AttackPlace::ALL, AttackPlace::name)?;
                     wish.places.push(place);
                 }
+                "preventable-by" => {
+                    let drivers = value.split(',').map(|id| Ok(driver(id)?.id));
+                    let drivers: Vec<&str> = drivers.collect::<Result<_, String>>()?;
+                    wish.preventable_by.extend(drivers);
+                }
                 _ => {
                     return Err(format!(
-                        "unknown term `{term}`; available: actor: manoeuvre: place:, such as {EXAMPLE}"
+                        "unknown term `{term}`; available: actor: manoeuvre: place: preventable-by:, such as {EXAMPLE}"
                     ));
                 }
             }

@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 
+use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_drive::generation::{
     Attack, AttackerRecord, Avoidability, ClosedLoop, Effect, LogLikelihoods, MotionSamples,
     OutcomeName, Plausibility, Refusal, RefusalRecord, RequestedMotion, VariantFiles, attacker,
@@ -75,6 +76,8 @@ pub struct VariantLine {
     pub avoidable: Option<BTreeMap<String, bool>>,
     /// The ideal driver with the longest reaction time who survives.
     pub good_driver: Option<GoodDriver>,
+    /// Which drivers avoid its contact or near miss.
+    pub preventability: Option<PreventabilityRecord>,
     /// Limits of attackers: human or limit.
     pub style: String,
     /// Log-likelihood of the attackers' motions under the recorded ones of the scenario, and theirs on average.
@@ -298,6 +301,8 @@ impl VariantLine {
                 .map(|c| avoidable(&c.avoidability)),
             good_driver: { chosen.zip(effect) }
                 .and_then(|(c, effect)| GoodDriver::new(&workshop.closed, &c.avoidability, effect)),
+            preventability: { chosen.zip(effect) }
+                .and_then(|(c, effect)| effect.preventability(&workshop.closed, &c.avoidability)),
             style: workshop.style().name().into(),
             plausibility: plausible.as_ref().map(|(own, _)| likelihoods(own)),
             motion_samples: plausible.as_ref().map(|(own, recorded)| ComparedSamples {

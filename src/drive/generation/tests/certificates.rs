@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::{CAR, attack, behind_a_car, braking};
 use crate::generation::{
-    Attack, Avoidability, Certificate, DELAYS, Effect, EvasiveTrajectory, Finder, SearchEffort,
-    Unavoidable, choose,
+    AllowedAttacks, Attack, Avoidability, Certificate, DELAYS, Effect, EvasiveTrajectory, Finder,
+    SearchEffort, Unavoidable, choose,
 };
 use crate::planner::{Feasibility, Forecast, VehicleState};
 use crate::simulation::{Collision, MotionFault};
@@ -179,7 +179,7 @@ fn what_is_known_to_be_survived_is_chosen_behind_any_number_of_walls() {
     let mut attacks: Vec<Attack> = (0..6)
         .map(|n| attack(&closed, braking(&closed, 1, 500.0 + f64::from(n)), None))
         .collect();
-    let walls = choose(&closed, &attacks, 0.0).unwrap();
+    let walls = choose(&closed, &attacks, 0.0, AllowedAttacks::default()).unwrap();
     assert_eq!(walls.avoidability.at(0.0), Some(false));
     let mut gentle = (1..12).map(|n| {
         let change = braking(&closed, 10, f64::from(n));
@@ -193,7 +193,7 @@ fn what_is_known_to_be_survived_is_chosen_behind_any_number_of_walls() {
         })
         .unwrap();
     attacks.push(survived.clone());
-    let chosen = choose(&closed, &attacks, 0.0).unwrap();
+    let chosen = choose(&closed, &attacks, 0.0, AllowedAttacks::default()).unwrap();
     assert_eq!(chosen.attack.change, survived.change);
     assert_eq!(chosen.avoidability.at(0.0), Some(true));
 }

@@ -115,7 +115,7 @@ impl Authored {
                 ground.drive(attack);
             }
             if attack.has_effect() && attack.survivable.is_none() {
-                ground.survive(attack, delay);
+                ground.survive(attack, delay, &[]);
             }
         }
         let cost = |one: &AuthoredAttack| one.admitted.attack.cost();

@@ -189,7 +189,7 @@ impl AuthorSession<'_> {
         let attack = &mut made.admitted.attack;
         self.ground.drive(attack);
         if attack.has_effect() {
-            self.ground.survive(attack, self.delay);
+            self.ground.survive(attack, self.delay, &[]);
         }
         if self.ground.closed_loop.driver().is_cancelled() {
             // The drive was cut short: nothing may be told of it.
