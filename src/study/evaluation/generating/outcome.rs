@@ -1,8 +1,8 @@
 //! An author's output: attacks that passed the gate, refused answers, consumption; the same for programs.
 
 use nearmiss_drive::generation::{
-    AdmittedAttack, Attack, AttackSetup, Effect, Refusal, RefusalRecord, SearchResult, Selection,
-    choose,
+    AdmittedAttack, AllowedAttacks, Attack, AttackSetup, Effect, Refusal, RefusalRecord,
+    SearchResult, Selection, choose,
 };
 use nearmiss_drive::planner::Road;
 use nearmiss_scene::description::visible;
@@ -145,9 +145,14 @@ impl Authored {
         let chosen = match preferred {
             Some(one) => {
                 let only = std::slice::from_ref(&one.admitted.attack);
-                choose(ground.closed_loop, only, delay)
+                choose(ground.closed_loop, only, delay, AllowedAttacks::default())
             }
-            None => choose(ground.closed_loop, &attacks, delay),
+            None => choose(
+                ground.closed_loop,
+                &attacks,
+                delay,
+                AllowedAttacks::default(),
+            ),
         };
         let first = |declined: &RefusedAnswer| declined.refusals.first().cloned();
         let found = SearchResult {
