@@ -13,7 +13,7 @@ use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
 use nearmiss_workflow::experiment_schema;
 
 use super::open::resolved;
-use super::{Arguments, Failure, Outcome, generate, json, knobs, output};
+use super::{Arguments, Failure, Outcome, drivers, generate, json, knobs, output};
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -47,6 +47,7 @@ pub fn run(arguments: &Help) -> Outcome {
             "json" => output::text(&vocabulary()),
             "experiments" => output::text(&format!("\n## Keys\n\n{}", knobs::keys())),
             "planners" => output::text(&planner_messages()),
+            "drivers" => output::text(&format!("\n## Each driver\n\n{}", drivers::page())),
             "tools" => output::text(&nearmiss_study::tools::table()),
             _ => Ok(()),
         };
