@@ -64,7 +64,7 @@ pub enum Action {
     EgoUp,
     FitMap,
     SplitMap,
-    CertificateMap,
+    DriverMap,
     PinMoment,
     MomentBack,
     MomentForward,
@@ -86,6 +86,8 @@ pub enum Action {
     NextForecast,
     NextPlanner,
     PlannerCycle,
+    Drivers,
+    NextDriver,
     PlotDrives,
     SaveDrive,
     Generate,
@@ -283,6 +285,8 @@ table! {
     NextForecast, Global, "forecast", "space e f", 0, "forecast", "Switch the planner's prediction of the traffic: along the lanes, constant velocity, or as recorded.";
     NextPlanner, Global, "planner", "space e n", 0, "planner", "Switch the planner that drives: the built-in one, and the processes of [planner.NAME] in config.toml.";
     PlannerCycle, Global, "planner-cycle", "space e w", 0, "planner cycle", "What the planner saw and chose at this step: candidates, rejections, costs.";
+    Drivers, Global, "drivers", "space e d", 0, "drivers", "Which drivers avoid the encounter with the picked obstacle, when they react, and until when they could take over.";
+    NextDriver, Global, "next-driver", "space e c", 0, "next driver", "Show the next driver beside the ego: in the strip, on the second map, and where it reacts on the timeline.";
     PlotDrives, Global, "plot-drives", "space p d", 0, "planned or recorded", "Plot the speeds of the planned and the recorded ego, the distance between them, or the measure again.";
     SaveDrive, Global, "save-drive", "space e s", 0, "save drive", "Write the planned ego, as an ego trajectory (CSV) and as a CommonRoad solution, into the folder that pictures go to.";
     Generate, Global, "generate", "space g g", 0, "make dangerous", "Make the scenario dangerous: search for a motion of an obstacle that endangers the planned ego and that an ideal driver survives; again uses the next seed.";
@@ -297,7 +301,7 @@ table! {
     EgoUp, Global, "ego-up", "space m u", 0, "turn with the ego", "Turn the map with the ego, or north up.";
     FitMap, Global, "fit", "space m a", 0, "fit all", "Show the whole map.";
     SplitMap, Global, "split-map", "space m s", 0, "second map", "Two maps: beside the present step the contact or the worst moment of the picked obstacle, or beside a variant its original; again shows one.";
-    CertificateMap, Global, "certificate-map", "space m g", 0, "ideal driver", "Beside a variant the ideal driver of its certificate, each with outcome and gap; again shows the original.";
+    DriverMap, Global, "driver-map", "space m g", 0, "driver beside", "Beside the ego a driver in its seat, each with outcome and gap; again shows what was there before.";
     PinMoment, Global, "pin-moment", "space m h", 0, "pin moment", "Pin the second map to the present step; again frees it.";
     MomentBack, Global, "moment-back", "{" | "space m ,", 0, "second map back", "Move the second map one time step back.";
     MomentForward, Global, "moment-forward", "}" | "space m .", 0, "second map on", "Move the second map one time step forward.";

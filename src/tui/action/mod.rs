@@ -130,6 +130,7 @@ pub fn opens(action: Action) -> bool {
         Help | About
             | Values
             | Details
+            | Drivers
             | PlannerCycle
             | VariantPanel
             | Layers

@@ -77,6 +77,8 @@ pub fn menu_label(entry: &Entry) -> &'static str {
         NextForecast => "planner's prediction of traffic",
         NextPlanner => "planner that drives",
         PlannerCycle => "what the planner saw and chose",
+        Drivers => "who would have avoided it",
+        NextDriver => "driver shown beside the ego",
         SaveDrive => "save the planned drive",
         Generate => "search for an attack",
         GenerateWith => "search, picked obstacle attacks",
@@ -146,9 +148,10 @@ pub fn synonyms_of(action: Action) -> &'static str {
         TakeTape => "measure distance ruler",
         FitMap => "overview whole all reset zoom",
         SplitMap => "two moments side by side compare map before after original beside",
-        CertificateMap => {
-            "certificate survives avoidable side by side compare drives planner evasive"
+        DriverMap => {
+            "ideal certificate survives avoidable side by side compare drives planner evasive"
         }
+        Drivers | NextDriver => "preventable avoidable competent careful ideal cc rss fsm r157 nieon",
         PinMoment => "second map keep hold freeze compare here",
         MomentBack | MomentForward => "second map step compare time",
         EgoUp => "rotate heading north",

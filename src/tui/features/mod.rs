@@ -8,6 +8,7 @@ pub mod batch;
 pub mod compare;
 pub mod coverage;
 pub mod details;
+pub mod drivers;
 pub mod experiment;
 pub mod generation;
 pub mod help;
@@ -50,6 +51,7 @@ pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
         About => model.screens.open(about::AboutScreen::default()),
         Values => model.screens.open(values::ValuesScreen::default()),
         Details => details::open(model),
+        Drivers => drivers::open(model),
         PlannerCycle => cycle::open(model),
         VariantPanel => panel::open(model),
         Layers => model.screens.open(map::LayersScreen::default()),

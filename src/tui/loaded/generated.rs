@@ -240,7 +240,7 @@ impl VariantDisplay {
         let latest = chosen.avoidability.latest();
         Ok(GeneratedVariant {
             file: self.file,
-            good_driver: latest
+            ideal_driver: latest
                 .map(|(_, way)| EvasionRecord::new(way, &way.review(&self.closed, &effect), None)),
             closed: self.closed,
             asked,
@@ -349,7 +349,7 @@ pub struct GeneratedVariant {
     /// Whether an ideal driver avoids it.
     pub avoidability: Avoidability,
     /// What the driver of the longest reaction time who avoids it does; `None` where there is none.
-    pub good_driver: Option<EvasionRecord>,
+    pub ideal_driver: Option<EvasionRecord>,
     /// The gate's evidence of each changed motion.
     pub passed: Vec<GateEvidence>,
     /// How its attackers move.

@@ -1,9 +1,11 @@
 //! Data that tasks load and compute from scenario files: facts for the list, and opened scenarios.
 
+mod driven;
 mod generated;
 mod planned;
 mod source;
 
+pub use driven::{DriverDrive, DriverSeat};
 pub use generated::{
     AuthoringProgress, Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome,
     GenerationProgress, GenerationStage, VariantRequest, VariantShown, Writer,

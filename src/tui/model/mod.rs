@@ -16,6 +16,7 @@ pub use super::features::batch::state::{Batch, BatchProposal, Counts, MarkedScen
 pub use super::features::compare::state::{
     BlindMode, Compare, MAX_COMPARED, Marking, PendingRating, REASONS, shuffle,
 };
+pub use super::features::drivers::state::{Drivers, EncounterKey};
 pub use super::features::experiment::state::{
     CountedExperiment, ExperimentOutline, ExperimentView,
 };
@@ -27,7 +28,7 @@ pub use super::features::index::IndexChoice;
 pub use super::features::jobs::state::{Job, JobKind, JobState, Jobs};
 pub use super::features::map::state::{
     Detail, End, Foreseen, Foresight, Future, Layers, Measurement, Moment, On, PathRequest, Tape,
-    Tools, Trails, VariantStrip, as_text,
+    Strip, Tools, Trails, as_text,
 };
 pub use super::features::planner::state::{Driver, RunningDrive, forecast_words};
 pub use super::features::plot::state::{Drives, Plot};
@@ -109,6 +110,8 @@ pub struct Model {
     pub map: Tools,
     /// The planner, and its drive that is under way.
     pub driver: Driver,
+    /// What drivers make of encounters.
+    pub drivers: Drivers,
     /// Searches for dangerous variants, and what they made.
     pub generation: GenerationState,
     /// The picked obstacle.
@@ -228,6 +231,7 @@ impl Model {
             camera: Camera::default(),
             map: Tools::default(),
             driver: Driver::default(),
+            drivers: Drivers::default(),
             generation: GenerationState::default(),
             picked: None,
             plot: Plot::default(),

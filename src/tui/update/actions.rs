@@ -4,7 +4,7 @@ use crate::action::{Action, Scope};
 use crate::features::answers::{self, claims};
 use crate::features::compare::{self, rating};
 use crate::features::{
-    self, batch, experiment, generation, index, jobs, map, planner, plot, prompt, scenarios,
+    self, batch, drivers, experiment, generation, index, jobs, map, planner, plot, prompt, scenarios,
     timeline,
 };
 use crate::message::Effect;
@@ -61,9 +61,10 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             map::move_map(model, action);
         }
-        SplitMap | CertificateMap | PinMoment | MomentBack | MomentForward => {
+        SplitMap | DriverMap | PinMoment | MomentBack | MomentForward => {
             map::perform(model, action)
         }
+        NextDriver => drivers::next(model),
         NextPaths => map::next_paths(model),
         TakeTape => map::tape(model),
         SwapTape if model.map.tape.is_some() => map::swap_tape(model),

@@ -211,6 +211,7 @@ pub fn request(model: &mut Model) -> Vec<Effect> {
     missing.extend(answers::missing_truths(model).map(Effect::from));
     missing.extend(claims::request(model).into_iter().map(Effect::from));
     missing.extend(map::request(model).into_iter().map(Effect::from));
+    missing.extend(features::drivers::request(model));
     missing
 }
 

@@ -1,5 +1,5 @@
-//! A variant in three maps at the moment that matters in it: the original, the attack, and the ideal driver who survives
-//! it, above the gaps to the attacker over time.
+//! An encounter in maps, one below the other: of a variant the original, the ego, and the driver that is shown, above the
+//! gaps to the other over time.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -14,7 +14,7 @@ use crate::features::plot::draw::axes::Dash;
 use crate::features::plot::draw::fitting;
 use crate::features::plot::draw::gaps::{self, GapCurve};
 use crate::features::plot::draw::marks::Event;
-use crate::model::{Model, Moment, VariantStrip};
+use crate::model::{Model, Moment, Strip};
 use crate::widgets::row;
 use crate::widgets::words::fit;
 
@@ -23,9 +23,9 @@ const LEAST: (u16, u16) = (48, 24);
 /// Rows of the gaps at least, and their share of all in percent.
 const GAPS: (u16, u16) = (9, 30);
 
-/// Whether there is room, and something to show.
-pub fn fits(model: &Model, area: Rect) -> bool {
-    area.width >= LEAST.0 && area.height >= LEAST.1 && model.strip().is_some()
+/// Whether there is room.
+pub fn fits(area: Rect) -> bool {
+    area.width >= LEAST.0 && area.height >= LEAST.1
 }
 
 /// The smallest screen with a strip, `92×26`.
@@ -39,39 +39,41 @@ pub fn least_screen() -> String {
 const TEXT: u16 = 12;
 
 /// Draws the gaps alone in the upper part of an area, where they have room; gives what is left.
-pub fn draw_gaps_above(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
-    let strip = model.strip().filter(|_| area.height >= GAPS.0 + TEXT);
-    let Some(strip) = strip else { return area };
+pub fn draw_gaps_above(f: &mut Frame<'_>, area: Rect, model: &Model, strip: &Strip<'_>) -> Rect {
+    if area.height < GAPS.0 + TEXT {
+        return area;
+    }
     let [above, below] =
         Layout::vertical([Constraint::Length(GAPS.0), Constraint::Min(0)]).areas(area);
     f.render_widget(Clear, above);
     f.render_widget(Block::new().style(model.theme.base()), above);
-    draw_gaps(f, above, model, &strip, &drives(model, &strip));
+    draw_gaps(f, above, model, strip, &drives(model, strip));
     below
 }
 
 /// A drive with its name and how its line looks.
 type Drive<'a> = (&'static str, Color, Dash, Moment<'a>);
 
-fn drives<'a>(model: &Model, strip: &VariantStrip<'a>) -> Vec<Drive<'a>> {
+fn drives<'a>(model: &Model, strip: &Strip<'a>) -> Vec<Drive<'a>> {
     let theme = &model.theme;
-    let mut drives = vec![
-        ("original", theme.text, Dash::Dotted, strip.original),
-        ("attack", theme.danger, Dash::Solid, strip.attack),
-    ];
-    let survived = strip.survived;
-    drives.extend(survived.map(|drive| ("ideal driver", theme.ego, Dash::Dashed, drive)));
+    let mut drives = Vec::new();
+    let original = strip.original;
+    drives.extend(original.map(|drive| ("original", theme.text, Dash::Dotted, drive)));
+    drives.push((strip.ego.whose(), theme.danger, Dash::Solid, strip.ego));
+    drives.extend(strip.driver.and_then(|drive| {
+        let name = drive.driven?.driver()?;
+        Some((name, theme.ego, Dash::Dashed, drive))
+    }));
     drives
 }
 
 /// Draws it.
-pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
-    let Some(strip) = model.strip() else { return };
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, strip: &Strip<'_>) {
     let theme = &model.theme;
     f.render_widget(Clear, area);
     f.render_widget(Block::new().style(theme.base()), area);
     let gaps_rows = (area.height * GAPS.1 / 100).max(GAPS.0);
-    let drives = drives(model, &strip);
+    let drives = drives(model, strip);
     // Maps of one size show the same part of the road.
     let count = drives.len() as u16;
     let each = area.height.saturating_sub(gaps_rows) / count;
@@ -93,22 +95,24 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             .title(title);
         let inner = block.inner(*part);
         f.render_widget(block, *part);
-        still(f, inner, model, moment, &strip);
+        still(f, inner, model, moment, strip);
     }
-    draw_gaps(f, below, model, &strip, &drives);
+    draw_gaps(f, below, model, strip, &drives);
 }
 
-/// The gaps of the drives to the attacker over time.
+/// The gaps of the drives to the other over time.
 fn draw_gaps(
     f: &mut Frame<'_>,
     area: Rect,
     model: &Model,
-    strip: &VariantStrip<'_>,
+    strip: &Strip<'_>,
     drives: &[Drive<'_>],
 ) {
     let theme = &model.theme;
-    let time = strip.attack.step as f64 * strip.attack.opened.scenario.dt();
-    let (sign, word) = match strip.attack.opened.contact() {
+    let ego = &strip.ego;
+    let time = ego.step as f64 * ego.opened.scenario.dt();
+    let contact = ego.opened.contact();
+    let (sign, word) = match contact.filter(|contact| contact.step == ego.step) {
         Some(contact) => ('X', contact.name()),
         None => ('▼', "most severe"),
     };
@@ -118,7 +122,7 @@ fn draw_gaps(
         label: format!("{word} {time:.1} s"),
         style: Style::new().fg(theme.danger).add_modifier(Modifier::BOLD),
     };
-    let mut gap = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
+    let mut gap = vec![vec![Span::raw(format!("gap to {}", strip.other))]];
     if gaps::is_low(Block::bordered().inner(area)) {
         let words = format!("{sign} {}", moment.label);
         gap.push(vec![Span::styled(words, moment.style)]);
@@ -156,7 +160,7 @@ fn draw_gaps(
             opened: moment.opened,
         })
         .collect();
-    gaps::draw(f, inner, model, &curves, strip.attacker, moment);
+    gaps::draw(f, inner, model, &curves, strip.other, moment);
 }
 
 /// Whose drive it is, how it ends, and the gap at the moment.
@@ -167,22 +171,19 @@ fn title(
     moment: &Moment<'_>,
     room: usize,
 ) -> Line<'static> {
-    let verdict = moment
-        .opened
-        .collision
-        .as_ref()
-        .map(|j| j.verdict.dangerous);
-    let (words, ending) = match verdict {
-        Some(true) => (" · X collision", model.theme.danger),
-        Some(false) => (" · no contact", model.theme.text),
-        None => ("", model.theme.dim),
+    let words = format!(" · {}", moment.ending());
+    let ending = if words.contains('X') {
+        model.theme.danger
+    } else {
+        model.theme.text
     };
     let series = moment.opened.series.as_ref();
     let nearest = series.and_then(|series| series.most_dangerous_at("distance", moment.step));
     let gap = nearest.map_or(String::new(), |(id, gap)| format!(" · {gap:.1} m to {id}"));
     let more = match moment.driven {
-        Some(DrivenBy::GoodDriver(delay)) => format!(", reaction {delay:.1} s"),
-        Some(DrivenBy::Planner) => String::new(),
+        Some(DrivenBy::Certificate(delay)) => format!(", reaction {delay:.1} s"),
+        Some(DrivenBy::Ego) if moment.whose() != "attack" => " ego".into(),
+        Some(DrivenBy::Ego | DrivenBy::Driver(..)) => String::new(),
         None if moment.opened.planned.is_some() => ", planned ego".into(),
         None => ", recorded ego".into(),
     };
@@ -195,7 +196,7 @@ fn title(
     let bold = Style::new().fg(color).add_modifier(Modifier::BOLD);
     let mut line = Line::from(Span::styled(format!(" {}", fit(&name, room)), bold));
     let rest = [
-        (words.to_string(), ending),
+        (words, ending),
         (gap, model.theme.text),
         (when, model.theme.dim),
     ];

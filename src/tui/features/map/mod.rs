@@ -295,49 +295,34 @@ pub fn perform(model: &mut Model, action: Action) {
     }
     match action {
         Action::SplitMap => split(model),
-        Action::CertificateMap => certificate(model),
+        Action::DriverMap => driver(model),
         Action::PinMoment => pin(model),
         Action::MomentBack => step(model, -model.look.times()),
         _ => step(model, model.look.times()),
     }
 }
 
-/// Shows the ideal driver beside the variant, or its original again.
-fn certificate(model: &mut Model) {
-    let has = model
-        .opened
-        .as_deref()
-        .is_some_and(|opened| opened.certificate.is_some());
-    if !has {
-        let shows = model.variant().is_some_and(|shown| shown.changed);
-        let saved = model
-            .opened
-            .as_deref()
-            .is_some_and(|opened| opened.saved.is_some());
-        return model.say(if shows || saved {
-            "no ideal driver survives this variant, so there is no certificate".into()
-        } else {
-            let key = model.look.key(Action::Generate);
-            format!("only a variant has a certificate; {key} makes the scenario dangerous")
-        });
+/// Shows the driver beside the ego, or what was there before.
+fn driver(model: &mut Model) {
+    let shown = model.map.second.on && model.map.second.driver;
+    if !shown && let Some(why) = model.without_drivers() {
+        return model.say(why);
     }
-    let shown = model.map.second.on && model.map.second.certificate;
-    model.map.second.certificate = !shown;
+    model.map.second.driver = !shown;
     if !model.map.second.on {
         turn(model);
     }
-    let words = moment_words(model);
-    let key = model.look.key(Action::CertificateMap);
-    model.say(if shown {
-        format!("second map: {words}")
-    } else {
-        format!("second map: {words}; {key} shows the original again")
+    let key = model.look.key(Action::DriverMap);
+    model.say(match (shown, model.drive_shown()) {
+        (true, _) => format!("second map: {}", moment_words(model)),
+        (false, Some(_)) => format!("second map: {}; {key} closes it", moment_words(model)),
+        (false, None) => format!("second map: {}; {key} closes it", model.driver_shown().name),
     });
 }
 
 fn split(model: &mut Model) {
     turn(model);
-    model.map.second.certificate = false;
+    model.map.second.driver = false;
     if !model.map.second.on {
         return model.say("one map");
     }

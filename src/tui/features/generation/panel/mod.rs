@@ -2,7 +2,6 @@
 
 pub mod authorship;
 pub mod certificate;
-pub mod strip;
 
 use std::collections::BTreeMap;
 
@@ -19,6 +18,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use crate::action::Action;
+use crate::features::drivers::{self, strip};
 use crate::features::generation::panel::certificate::Certified;
 use crate::features::{Screen, Step, moves_scene};
 use crate::loaded::{GeneratedVariant, SavedVariant, VariantShown};
@@ -50,7 +50,9 @@ impl Screen for VariantScreen {
             Action::Play
             | Action::PlotDrives
             | Action::SwitchVariant
-            | Action::CertificateMap
+            | Action::DriverMap
+            | Action::NextDriver
+            | Action::Drivers
             | Action::SaveVariant
             | Action::Palette => Step::Perform(action),
             _ if moves_scene(action) => Step::Perform(action),
@@ -95,10 +97,11 @@ impl Screen for VariantScreen {
             width,
             ..left
         };
-        if strip::fits(model, left) {
-            strip::draw(frame, left, model);
-        } else if model.strip().is_some() {
-            panel = strip::draw_gaps_above(frame, panel, model);
+        let strip = model.variant_strip();
+        if let Some(strip) = strip.as_ref().filter(|_| strip::fits(left)) {
+            strip::draw(frame, left, model, strip);
+        } else if let Some(strip) = &strip {
+            panel = strip::draw_gaps_above(frame, panel, model, strip);
             let words = format!("a {} terminal shows three maps", strip::least_screen());
             let dim = Style::new().fg(model.theme.dim);
             text.lines.insert(0, Line::styled(words, dim));
@@ -112,7 +115,8 @@ impl Screen for VariantScreen {
         hints.push(hints::close(model));
         let more = [
             Action::SwitchVariant,
-            Action::CertificateMap,
+            Action::DriverMap,
+            Action::NextDriver,
             Action::PlotDrives,
             Action::SaveVariant,
         ];
@@ -129,6 +133,7 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     let made = &*shown.made;
     outcome(&mut lines, model, made);
     avoidable(&mut lines, model, made);
+    drivers::counted(&mut lines, model);
     gate(&mut lines, made);
     difference(&mut lines, model, made);
     attack(&mut lines, model, shown);
@@ -278,7 +283,7 @@ fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         delays: all
             .map(|(delay, certificate)| (format!("{delay:.1}"), why(certificate)))
             .collect(),
-        driver: made.good_driver.as_ref(),
+        driver: made.ideal_driver.as_ref(),
         from: made.effect.from,
         contact: made.effect.contact.map(|contact| contact.step),
         dt: made.closed.driver().dt(),
@@ -411,6 +416,7 @@ fn saved_text(model: &Model, saved: &SavedVariant, width: usize) -> Text<'static
     let without = spoken(&manifest.baseline.ended_with);
     lines.say("original", &format!("without the attack: {without}"));
     certificates(&mut lines, model, saved);
+    drivers::counted(&mut lines, model);
     lines.title("the attack");
     for attacker in &manifest.attackers {
         lines.say(&attacker.id.to_string(), &attacker_words(attacker));

@@ -21,7 +21,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::features::map::draw::request as scene_request;
 use crate::model::{
-    Camera, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Trails, VariantStrip,
+    Camera, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Strip, Trails,
 };
 use crate::pixels::{Encoder, MapImage};
 use crate::theme::components;
@@ -206,11 +206,11 @@ pub fn still(
     area: Rect,
     model: &Model,
     moment: &Moment<'_>,
-    strip: &VariantStrip<'_>,
+    strip: &Strip<'_>,
 ) {
     if area.width >= 4 && area.height >= 2 {
         let camera = model.camera_of_strip((area.width, area.height), strip);
-        let view = seen_by(&camera, area, &strip.attack);
+        let view = seen_by(&camera, area, &strip.ego);
         Painted::begin(f, area, model, *moment, view, false).end(f, model);
     }
 }

@@ -17,7 +17,7 @@ use crate::pixels::{Encoder, ImageRequest, MapImage};
 use crate::widgets::words::{hundredths, number};
 
 pub use foresight::{Foresight, Future, PathRequest};
-pub use moment::{DrivenBy, Moment, SecondMap, VariantStrip};
+pub use moment::{DrivenBy, Moment, SecondMap, Strip};
 
 /// The tools of the map.
 #[derive(Debug, Default)]

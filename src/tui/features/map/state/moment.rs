@@ -1,6 +1,7 @@
 //! The moments that the map shows: now, and a second one beside it.
 
 use nearmiss_base::geometry::{Placed, Point, Pose, Vector};
+use nearmiss_drive::driver::DRIVERS;
 use nearmiss_render::Variations;
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::Headline;
@@ -9,7 +10,7 @@ use ratatui::layout::{Position, Rect};
 
 use crate::features::map::state::foresight::NO_FORESIGHT;
 use crate::features::map::state::{Foresight, Measurement, On, Tape};
-use crate::loaded::{CertificateDrive, CycleShown, Opened};
+use crate::loaded::{CycleShown, Opened};
 use crate::model::{Camera, Model};
 
 /// Seconds before and after a moment over which the direction of the map is the mean, and at how many moments before.
@@ -23,8 +24,8 @@ pub struct SecondMap {
     pub on: bool,
     /// The step that it is pinned to; `None` where it follows from what is open.
     pub pinned: Option<i64>,
-    /// Beside a variant the ideal driver who survives it, in place of its original.
-    pub certificate: bool,
+    /// The driver that is shown, in place of another moment or the original of a variant.
+    pub driver: bool,
     /// Predicted paths at its step.
     pub foresight: Foresight,
     /// Whether the map was zoomed out when it was split.
@@ -65,17 +66,31 @@ pub struct Moment<'a> {
     pub variations: Variations<'a>,
     /// Predicted paths at the step.
     pub foresight: &'a Foresight,
-    /// Who drives, where two drives in a variant stand side by side.
+    /// Who drives, where two drives stand side by side.
     pub driven: Option<DrivenBy>,
 }
 
-/// Who drives in a variant.
+/// Who drives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DrivenBy {
-    /// The planner that is attacked.
-    Planner,
+    /// The ego of what is open: recorded, planned, or attacked.
+    Ego,
     /// The ideal driver of the certificate, with this reaction time in seconds.
-    GoodDriver(f64),
+    Certificate(f64),
+    /// A driver, by its place in [`DRIVERS`], with the closing speed at its contact, m/s.
+    Driver(usize, Option<f64>),
+}
+
+impl DrivenBy {
+    /// The driver's name.
+    #[must_use]
+    pub fn driver(self) -> Option<&'static str> {
+        match self {
+            Self::Ego => None,
+            Self::Certificate(_) => Some("ideal driver"),
+            Self::Driver(place, _) => Some(DRIVERS[place].name),
+        }
+    }
 }
 
 impl<'a> Moment<'a> {
@@ -156,15 +171,11 @@ impl<'a> Moment<'a> {
     #[must_use]
     pub fn driven_words(&self, driven: DrivenBy) -> [String; 4] {
         let (name, brief) = match driven {
-            DrivenBy::GoodDriver(delay) => (format!("ideal driver {delay:.1} s"), "ideal driver"),
-            DrivenBy::Planner => (self.attack_name(), "attack"),
+            DrivenBy::Certificate(delay) => (format!("ideal driver {delay:.1} s"), "ideal driver"),
+            DrivenBy::Driver(place, _) => (DRIVERS[place].name.into(), DRIVERS[place].id),
+            DrivenBy::Ego => (self.ego_name(), self.whose()),
         };
-        let verdict = self.opened.collision.as_ref().map(|j| j.verdict.dangerous);
-        let verdict = match verdict {
-            Some(true) => "X collision",
-            Some(false) => "no contact",
-            None => "no verdict",
-        };
+        let verdict = self.ending();
         let series = self.opened.series.as_ref();
         let gap = series.and_then(|series| series.most_dangerous_at("distance", self.step));
         let [whole, short] = ["gap ", ""]
@@ -177,8 +188,35 @@ impl<'a> Moment<'a> {
         ]
     }
 
-    /// The attack, and the planner that drives against it, where that is another one than the built-in.
-    fn attack_name(&self) -> String {
+    /// How the drive ends.
+    #[must_use]
+    pub fn ending(&self) -> String {
+        let verdict = self.opened.collision.as_ref().map(|j| j.verdict.dangerous);
+        match (self.driven, verdict) {
+            (Some(DrivenBy::Driver(_, Some(speed))), _) => format!("X contact at {speed:.1} m/s"),
+            (Some(DrivenBy::Driver(_, None)), _) | (_, Some(false)) => "no contact".into(),
+            (_, Some(true)) => "X collision".into(),
+            (_, None) => "no verdict".into(),
+        }
+    }
+
+    /// Whose drive that of the ego is.
+    #[must_use]
+    pub fn whose(&self) -> &'static str {
+        let opened = self.opened;
+        let changed = opened.variant.as_ref().is_some_and(|shown| shown.changed);
+        match (changed || opened.saved.is_some(), &opened.planned) {
+            (true, _) => "attack",
+            (false, Some(_)) => "planned",
+            (false, None) => "recorded",
+        }
+    }
+
+    /// The same, and the planner that drives against an attack, where that is another one than the built-in.
+    fn ego_name(&self) -> String {
+        if self.whose() != "attack" {
+            return self.whose().into();
+        }
         let planned = self.opened.planned.as_ref();
         let process = planned.and_then(|planned| planned.process.as_ref());
         let saved = self.opened.saved.as_ref();
@@ -228,25 +266,25 @@ fn moment_to_compare(opened: &Opened, step: i64) -> (i64, Reason) {
     }
 }
 
-/// A variant beside its original and the ideal driver who survives it, all at the moment that matters in the variant.
+/// The ego beside the driver that is shown, at the moment of their encounter; of a variant its original, too, all at the
+/// moment that matters in the variant.
 #[derive(Debug, Clone, Copy)]
-pub struct VariantStrip<'a> {
-    /// The first attacker.
-    pub attacker: i64,
-    /// The original.
-    pub original: Moment<'a>,
-    /// The variant.
-    pub attack: Moment<'a>,
-    /// The ideal driver, where one survives.
-    pub survived: Option<Moment<'a>>,
+pub struct Strip<'a> {
+    /// The other in the encounter: of a variant the first attacker.
+    pub other: i64,
+    /// The original of a variant.
+    pub original: Option<Moment<'a>>,
+    /// The ego of what is open, or of the variant.
+    pub ego: Moment<'a>,
+    /// The driver, where its drive is known.
+    pub driver: Option<Moment<'a>>,
 }
 
 impl Model {
-    /// The strip of the variant that is open, or beside whose original it is.
-    #[must_use]
-    pub fn strip(&self) -> Option<VariantStrip<'_>> {
+    /// The variant that is open or beside whose original it is, that original, and both motions of the attackers in each.
+    fn variant_pair(&self) -> Option<(&Opened, &Opened, [Variations<'_>; 2])> {
         let opened = self.opened.as_deref()?;
-        let (variant, original, both) = if let Some(shown) = self.variant() {
+        Some(if let Some(shown) = self.variant() {
             let (hash, change) = self.made_of()?;
             let kept = self.generation.find(hash, change)?;
             let both = [true, false].map(|changed| shown.made.variations(changed));
@@ -256,25 +294,48 @@ impl Model {
             let (_, original) = saved.original.as_ref().ok()?;
             let both = [true, false].map(|changed| saved.variations(&opened.scenario, changed));
             (opened, &**original, both)
-        };
-        let attacker = both[0].iter().next()?.changed.id;
+        })
+    }
+
+    /// The variant that is open or beside whose original it is.
+    #[must_use]
+    pub fn variant_opened(&self) -> Option<&Opened> {
+        self.variant_pair().map(|(variant, ..)| variant)
+    }
+
+    /// The strip of the variant.
+    #[must_use]
+    pub fn variant_strip(&self) -> Option<Strip<'_>> {
+        let (variant, original, both) = self.variant_pair()?;
+        let other = both[0].iter().next()?.changed.id;
         let worst = variant.headline.as_ref().and_then(Headline::worst)?.step;
         let at = |opened, variations, driven| Moment::still(opened, worst, variations, driven);
-        let drive = variant
-            .certificate
-            .as_deref()
-            .or(opened.certificate.as_deref());
-        Some(VariantStrip {
-            attacker,
-            original: at(original, Variations::default(), None),
-            attack: at(variant, both[0], Some(DrivenBy::Planner)),
-            survived: drive.map(|drive| {
-                at(
-                    &drive.opened,
-                    both[0],
-                    Some(DrivenBy::GoodDriver(drive.delay)),
-                )
-            }),
+        let (_, encounter) = self.encounter()?;
+        let drive = self.drive_shown().filter(|_| encounter.step == worst);
+        Some(Strip {
+            other,
+            original: Some(at(original, Variations::default(), None)),
+            ego: at(variant, both[0], Some(DrivenBy::Ego)),
+            driver: drive.map(|(opened, driven)| at(opened, both[0], Some(driven))),
+        })
+    }
+
+    /// The strip of the encounter: of the moment that matters in a variant that of the variant.
+    #[must_use]
+    pub fn strip(&self) -> Option<Strip<'_>> {
+        let (opened, encounter) = self.encounter()?;
+        let (other, step) = (encounter.obstacle, encounter.step);
+        let of_variant = self.variant_strip();
+        if let Some(strip) = of_variant.filter(|strip| strip.ego.step == step) {
+            return Some(strip);
+        }
+        let at = |opened, driven| Moment::still(opened, step, Variations::default(), Some(driven));
+        let drive = self.drive_shown();
+        Some(Strip {
+            other,
+            original: None,
+            ego: at(opened, DrivenBy::Ego),
+            driver: drive.map(|(opened, driven)| at(opened, driven)),
         })
     }
 
@@ -293,7 +354,7 @@ impl Model {
                 (None, None) => Variations::default(),
             },
             foresight: &self.map.foresight,
-            driven: self.good_driver().map(|_| DrivenBy::Planner),
+            driven: self.driver_beside().map(|_| DrivenBy::Ego),
         })
     }
 
@@ -304,15 +365,15 @@ impl Model {
     pub fn second_moment(&self) -> Option<Moment<'_>> {
         let second = &self.map.second;
         let now = self.moment().filter(|_| second.on)?;
-        let survived = self.good_driver();
-        let other = match survived {
-            Some(drive) => Some((&drive.opened, now.variations)),
+        let driver = self.driver_beside();
+        let other = match driver {
+            Some((opened, _)) => Some((opened, now.variations)),
             None => self.counterpart(),
         };
         let moment = other.map_or(now, |(opened, variations)| Moment {
             opened,
             variations,
-            driven: survived.map(|drive| DrivenBy::GoodDriver(drive.delay)),
+            driven: driver.map(|(_, driven)| driven),
             ..now
         });
         let (step, reason) = match (second.pinned, other) {
@@ -341,14 +402,12 @@ impl Model {
         then.or_else(|| self.moment())
     }
 
-    /// The ideal driver who is shown beside the variant that is open.
-    fn good_driver(&self) -> Option<&CertificateDrive> {
+    /// The drive of the driver that is shown beside what is open.
+    fn driver_beside(&self) -> Option<(&Opened, DrivenBy)> {
         let second = &self.map.second;
-        let opened = self
-            .opened
-            .as_deref()
-            .filter(|_| second.on && second.certificate)?;
-        opened.certificate.as_deref()
+        let (opened, _) = self.encounter().filter(|_| second.on && second.driver)?;
+        let here = std::ptr::eq(opened, self.opened.as_deref()?);
+        self.drive_shown().filter(|_| here)
     }
 
     /// The original of the variant that is open, or the variant of its original.
@@ -502,11 +561,11 @@ impl Model {
         camera
     }
 
-    /// The camera of the maps of a strip, until the user zooms: as near as it shows the attacker and the egos of all drives,
+    /// The camera of the maps of a strip, until the user zooms: as near as it shows the other and the egos of all drives,
     /// or else of the attack, and then as little beside the road as possible.
     #[must_use]
-    pub fn camera_of_strip(&self, size: (u16, u16), strip: &VariantStrip<'_>) -> Camera {
-        let attack = &strip.attack;
+    pub fn camera_of_strip(&self, size: (u16, u16), strip: &Strip<'_>) -> Camera {
+        let attack = &strip.ego;
         let mut camera = self.camera_of(size, attack);
         let (true, true, Some(ego)) = (camera.auto, camera.follow, attack.ego()) else {
             return camera;
@@ -517,8 +576,8 @@ impl Model {
             let body = moment.opened.body_of(on, moment.step)?;
             Some(span(&body, &frame, STRIP_MARGIN))
         };
-        let both = [On::Ego, On::Obstacle(strip.attacker)].map(|on| body(attack, on));
-        let others = std::iter::once(&strip.original).chain(&strip.survived);
+        let both = [On::Ego, On::Obstacle(strip.other)].map(|on| body(attack, on));
+        let others = strip.original.iter().chain(&strip.driver);
         let egos = others.filter_map(|moment| body(moment, On::Ego));
         let Some(two) = both.into_iter().flatten().reduce(join) else {
             return camera;
