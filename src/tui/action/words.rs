@@ -151,7 +151,9 @@ pub fn synonyms_of(action: Action) -> &'static str {
         DriverMap => {
             "ideal certificate survives avoidable side by side compare drives planner evasive"
         }
-        Drivers | NextDriver => "preventable avoidable competent careful ideal cc rss fsm r157 nieon",
+        Drivers | NextDriver => {
+            "preventable avoidable competent careful ideal cc rss fsm r157 nieon"
+        }
         PinMoment => "second map keep hold freeze compare here",
         MomentBack | MomentForward => "second map step compare time",
         EgoUp => "rotate heading north",

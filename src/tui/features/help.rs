@@ -280,7 +280,7 @@ const LIST_SIGNS: [(&str, &str); 6] = [
     ("▸ *", "the selected scenario; marked ones"),
 ];
 
-const SIGNS: [(&str, &str); 5] = [
+const SIGNS: [(&str, &str); 6] = [
     (
         "risk 0–5",
         "risk score of one obstacle at one step, less is worse: 0 collision, 1 extreme, 2 high, 3 medium, 4 low, 5 negligible; the severity in the list is of a whole recording",
@@ -294,5 +294,9 @@ const SIGNS: [(&str, &str); 5] = [
     (
         "[ ] ▼ ≠ ( )",
         "on the timeline: the window, the moment that matters, an answer that differs, what is looped",
+    ),
+    (
+        "┤ ○",
+        "on the timeline: the last moment at which a driver could take over and still avoid the encounter; where the driver that is shown reacts",
     ),
 ];

@@ -27,8 +27,8 @@ pub use super::features::history::state::{COUNTED, History, InputPurpose, PAGE};
 pub use super::features::index::IndexChoice;
 pub use super::features::jobs::state::{Job, JobKind, JobState, Jobs};
 pub use super::features::map::state::{
-    Detail, End, Foreseen, Foresight, Future, Layers, Measurement, Moment, On, PathRequest, Tape,
-    Strip, Tools, Trails, as_text,
+    Detail, End, Foreseen, Foresight, Future, Layers, Measurement, Moment, On, PathRequest, Strip,
+    Tape, Tools, Trails, as_text,
 };
 pub use super::features::planner::state::{Driver, RunningDrive, forecast_words};
 pub use super::features::plot::state::{Drives, Plot};

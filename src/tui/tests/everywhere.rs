@@ -27,7 +27,7 @@ use crate::widgets::highlight;
 const SIZES: [(u16, u16); 4] = [(80, 24), (100, 30), (120, 40), (200, 60)];
 
 /// Every view with the keys that lead to it, and whether a line in its middle is selected.
-pub(super) const VIEWS: [(&str, &str, bool); 37] = [
+pub(super) const VIEWS: [(&str, &str, bool); 38] = [
     ("scenarios", "", false),
     ("scenarios alone", "z", false),
     ("grouped", "space l g", false),
@@ -60,6 +60,7 @@ pub(super) const VIEWS: [(&str, &str, bool); 37] = [
     ("tags", "space l t", false),
     ("layers", "space m l", false),
     ("details", "space o d", false),
+    ("drivers", "space e d", false),
     ("source", "space o s", false),
     ("tasks", "space o j", false),
     ("batch", "space a a", false),

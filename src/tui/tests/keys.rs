@@ -43,7 +43,7 @@ fn windows(model: &Model) -> usize {
 }
 
 /// What opens a window, whether it is typed into, and a few keys that do something on it.
-const WINDOWS: [(&str, bool, &str); 25] = [
+const WINDOWS: [(&str, bool, &str); 26] = [
     ("?", true, ""),
     (":", true, ""),
     ("m", true, ""),
@@ -59,6 +59,7 @@ const WINDOWS: [(&str, bool, &str); 25] = [
     ("space o i", false, ""),
     ("space o v", false, ""),
     ("space o d", false, ""),
+    ("space e d", false, ""),
     ("space o s", false, ""),
     ("space o j", false, ""),
     ("space o h", false, "/ e"),

@@ -730,7 +730,7 @@ fn a_saved_variant_has_its_original_beside_it_and_opens_it() {
     ] {
         assert!(words.contains(part), "{part}: {words}");
     }
-    let driver = made.good_driver.as_ref().unwrap();
+    let driver = made.ideal_driver.as_ref().unwrap();
     let used = format!("{:.1} m/s²", driver.max_acceleration.unwrap());
     assert!(words.contains(&used), "{used}: {words}");
     bench.press("space g v");

@@ -555,16 +555,16 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
     let mut bench = dangerous();
     bench.press("space g v");
     let strip = bench.model.strip().expect("a variant has a strip");
-    let contact = strip.attack.opened.contact().expect("a collision");
-    assert_eq!(contact.step, strip.attack.step);
-    let when = strip.attack.when();
+    let contact = strip.ego.opened.contact().expect("a collision");
+    assert_eq!(contact.step, strip.ego.step);
+    let when = strip.ego.when();
     let contact = format!(
         "X contact {:.1} s",
-        contact.step as f64 * strip.attack.opened.scenario.dt()
+        contact.step as f64 * strip.ego.opened.scenario.dt()
     );
     let turned = format!("{} X", contact.trim_start_matches("X "));
     let delay = made(&bench).avoidability.latest().map(|(delay, _)| delay);
-    let attacker = strip.attacker;
+    let attacker = strip.other;
     let title = |name: &str, ending: &str, moment: &crate::model::Moment<'_>| {
         let series = moment.opened.series.as_ref().unwrap();
         let (id, gap) = series.most_dangerous_at("distance", moment.step).unwrap();
@@ -574,10 +574,14 @@ fn the_strip_names_three_drives_and_marks_the_contact() {
         )
     };
     let mut titles = vec![
-        title("original, planned ego", "no contact", &strip.original),
-        title("attack", "X collision", &strip.attack),
+        title(
+            "original, planned ego",
+            "no contact",
+            strip.original.as_ref().unwrap(),
+        ),
+        title("attack", "X collision", &strip.ego),
     ];
-    if let Some(survived) = &strip.survived {
+    if let Some(survived) = &strip.driver {
         let name = format!("ideal driver, reaction {:.1} s", delay.unwrap());
         titles.push(title(&name, "no contact", survived));
     }
@@ -634,12 +638,12 @@ fn low_maps_of_the_strip_show_the_contact_whole_and_large() {
     let mut bench = dangerous();
     bench.press("space g v");
     let strip = bench.model.strip().expect("a variant has a strip");
-    let attack = &strip.attack;
+    let attack = &strip.ego;
     for (columns, rows) in [(48_u16, 5_u16), (60, 8), (144, 12)] {
         let camera = bench.model.camera_of_strip((columns, rows), &strip);
         assert!(camera.cell < 1.0, "{columns}×{rows}: {}", camera.cell);
         let frame = camera.frame(attack.ego());
-        for on in [On::Ego, On::Obstacle(strip.attacker)] {
+        for on in [On::Ego, On::Obstacle(strip.other)] {
             let body = attack.opened.body_of(on, attack.step).unwrap();
             for corner in body.outlines().concat() {
                 let at = frame.to_local(&corner);
@@ -670,7 +674,7 @@ fn help_over_the_strip_begins_with_its_keys() {
         "Space m g",
         "Space g s",
         "original or variant",
-        "ideal driver",
+        "driver beside",
     ] {
         let keys = &lines[here..always];
         assert!(
@@ -678,7 +682,7 @@ fn help_over_the_strip_begins_with_its_keys() {
             "{words}\n{frame}"
         );
     }
-    bench.type_text("ideal driver");
+    bench.type_text("driver beside");
     let found = bench.frame(200, 60);
     assert!(found.contains("Space m g"), "{found}");
 }
@@ -697,7 +701,7 @@ fn the_certificate_is_told_in_plain_words() {
     let dt = made(&bench).closed.driver().dt();
     let (departs, contact) = (way.reaction, effect.contact.unwrap().step);
     let left = (contact - departs) as f64 * dt;
-    let driver = made(&bench).good_driver.clone().unwrap();
+    let driver = made(&bench).ideal_driver.clone().unwrap();
     bench.press("space g v");
     // Words are wrapped.
     let frame = bench.frame(200, 100);
@@ -744,11 +748,11 @@ fn without_room_for_three_maps_the_gaps_stand_above_the_text() {
     let mut bench = dangerous();
     bench.model.toasts.clear();
     bench.press("space g v");
-    let least = super::super::features::generation::panel::strip::least_screen();
+    let least = super::super::features::drivers::strip::least_screen();
     let (columns, rows) = least.split_once('×').unwrap();
     let (columns, rows) = (columns.parse().unwrap(), rows.parse().unwrap());
     let words = format!("a {least} terminal shows three maps");
-    let attacker = bench.model.strip().unwrap().attacker;
+    let attacker = bench.model.strip().unwrap().other;
     let gaps = format!("┌ gap to {attacker}");
     for (size, maps) in [
         ((80, 24), false),

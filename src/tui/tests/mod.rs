@@ -7,6 +7,7 @@ mod bench;
 mod comparing;
 mod counted;
 mod coverage;
+mod drivers;
 mod editing;
 mod everywhere;
 mod experiment_screen;

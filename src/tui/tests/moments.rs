@@ -409,7 +409,7 @@ fn certificate_titles(bench: &mut Bench) -> String {
 }
 
 #[test]
-fn the_good_driver_stands_beside_the_planner_with_verdict_and_gap() {
+fn the_ideal_driver_stands_beside_the_planner_with_verdict_and_gap() {
     let mut bench = dangerous();
     let survived = made(&bench)
         .avoidability
@@ -460,18 +460,6 @@ fn the_good_driver_stands_beside_the_planner_with_verdict_and_gap() {
     bench.press("space m g");
     assert!(!certificate_titles(&mut bench).contains("ideal driver"));
     assert!(bench.model.map.second.on);
-}
-
-#[test]
-fn what_is_no_variant_has_no_certificate() {
-    let mut bench = open("rightturn");
-    bench.press("space m g");
-    assert!(
-        super::making::said(&bench).contains("only a variant has a certificate"),
-        "{}",
-        super::making::said(&bench)
-    );
-    assert!(!bench.model.map.second.on);
 }
 
 #[test]

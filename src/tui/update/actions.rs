@@ -4,8 +4,8 @@ use crate::action::{Action, Scope};
 use crate::features::answers::{self, claims};
 use crate::features::compare::{self, rating};
 use crate::features::{
-    self, batch, drivers, experiment, generation, index, jobs, map, planner, plot, prompt, scenarios,
-    timeline,
+    self, batch, drivers, experiment, generation, index, jobs, map, planner, plot, prompt,
+    scenarios, timeline,
 };
 use crate::message::Effect;
 use crate::model::{Model, Notice, Pane, PromptView, ShownAnswer, Toast};

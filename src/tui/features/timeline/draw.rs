@@ -1,6 +1,7 @@
 //! Danger over time: strips for all obstacles together and for the most dangerous ones.
 
 use nearmiss_base::system::pad_end;
+use nearmiss_drive::driver::DRIVERS;
 use nearmiss_scene::metrics::{Danger, Measure, Series};
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -36,11 +37,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         (part * (width.saturating_sub(1)) as f64).round() as usize
     };
     let height = usize::from(inner.height);
-    // Marks have a row of their own where strips keep enough.
+    // Marks have a row of their own where strips keep enough, and drivers where they still do.
     let apart = height >= ROOMY;
+    let drivers = DriverMarks::new(model, &column);
+    let own_row = height >= ROOMIER && !drivers.is_empty();
     let mut lines = Vec::new();
     if let Some((measure, series)) = model.heat_series() {
-        let strips = height.saturating_sub(if apart { 2 } else { 1 });
+        let strips = height - (1 + usize::from(apart) + usize::from(own_row)).min(height);
         let scale = Scale::new(model, measure, series);
         for id in rows(opened, model.picked, strips) {
             lines.push(strip(
@@ -54,16 +57,29 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         }
     }
     let marks = marks(model, opened, &column);
-    if apart {
-        lines.push(marks_row(model, &marks, width, &column));
+    if own_row {
+        let mut row = LinePlacer::new(width);
+        drivers.place(&mut row, model);
+        lines.push(named_row("drivers", row, model));
     }
-    let beside = (!apart).then_some(&marks[..]);
+    let beside = if own_row {
+        &DriverMarks::default()
+    } else {
+        &drivers
+    };
+    if apart {
+        lines.push(marks_row(model, &marks, beside, width, &column));
+    }
+    let beside = (!apart).then_some((&marks[..], beside));
     lines.push(ruler(model, opened, width, &column, beside));
     f.render_widget(Paragraph::new(lines), inner);
 }
 
 /// Rows from which on marks have one of their own.
 const ROOMY: usize = 3;
+
+/// Rows from which on drivers have one of their own.
+const ROOMIER: usize = 5;
 
 /// The step, how fast it plays, and what the strips show.
 fn title(model: &Model, room: usize) -> Line<'static> {
@@ -77,6 +93,17 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     };
     let step = format!("{:.1} s · step {}/{last}", clock.time(), clock.step());
     let mut title = Line::from(format!("{step} · {playing}{}×{lap}", clock.speed()));
+    let dim = Style::new().fg(model.theme.dim);
+    if let Some(found) = model.judged_here() {
+        // Who disagrees is said where there is room for it.
+        let words = found.words();
+        let count = words.split(';').next().unwrap_or_default();
+        let parts = [&words, count].map(|words| format!(" · {words}"));
+        let fits = |words: &String| title.width() + words.width() <= room;
+        if let Some(words) = parts.into_iter().find(fits) {
+            title.push_span(Span::styled(words, dim));
+        }
+    }
     let Some((measure, _)) = model.heat_series() else {
         return title;
     };
@@ -86,7 +113,7 @@ fn title(model: &Model, room: usize) -> Line<'static> {
         .into_iter()
         .find(|words| title.width() + words.width() <= room);
     if let Some(words) = words {
-        title.push_span(Span::styled(words, Style::new().fg(model.theme.dim)));
+        title.push_span(Span::styled(words, dim));
     }
     title
 }
@@ -284,6 +311,7 @@ fn extreme(danger: Danger) -> &'static str {
 fn marks_row(
     model: &Model,
     marks: &[Mark],
+    drivers: &DriverMarks,
     width: usize,
     column: &dyn Fn(i64) -> usize,
 ) -> Line<'static> {
@@ -297,6 +325,7 @@ fn marks_row(
     for mark in placed {
         row.words_beside(mark.at, &mark.words, mark.style);
     }
+    drivers.place(&mut row, model);
     if let Some((from, to)) = model.shown_window() {
         let (first, last) = (column(from), column(to));
         let words = "window";
@@ -305,9 +334,84 @@ fn marks_row(
         row.words((first + 2..).take(most.saturating_sub(1)), words, dim);
         row.fill(first..last + 1, '─', dim);
     }
-    let mut line = Line::from(Span::styled(pad_end("marks", usize::from(LABEL)), dim));
+    named_row("marks", row, model)
+}
+
+fn named_row(name: &str, row: LinePlacer, model: &Model) -> Line<'static> {
+    let dim = Style::new().fg(model.theme.dim);
+    let mut line = Line::from(Span::styled(pad_end(name, usize::from(LABEL)), dim));
     line.spans.extend(row.spans());
     line
+}
+
+/// The last moments of drivers, and where the one that is shown reacts, by columns.
+#[derive(Default)]
+struct DriverMarks {
+    /// In the order of time; drivers of one column together.
+    last: Vec<(usize, Vec<&'static str>)>,
+    reacts: Option<usize>,
+}
+
+/// Names that would not fit between two signs stand before the first of them.
+const NAME: usize = 7;
+
+impl DriverMarks {
+    fn new(model: &Model, column: &dyn Fn(i64) -> usize) -> Self {
+        let Some(found) = model.judged_here() else {
+            return Self::default();
+        };
+        let mut all: Vec<(i64, &'static str)> = { DRIVERS.iter() }
+            .filter_map(|driver| Some((found.by(driver.id)?.last_moment_step?, driver.id)))
+            .collect();
+        all.sort_by_key(|(step, _)| *step);
+        let mut last: Vec<(usize, Vec<&'static str>)> = Vec::new();
+        for (step, id) in all {
+            let at = column(step);
+            match last.last_mut().filter(|(before, _)| *before == at) {
+                Some((_, ids)) => ids.push(id),
+                None => last.push((at, vec![id])),
+            }
+        }
+        let reacts = model.verdict_shown().and_then(|shown| shown.reacts_step);
+        Self {
+            last,
+            reacts: reacts.map(column),
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.last.is_empty() && self.reacts.is_none()
+    }
+
+    /// A sign for each last moment with the names of the drivers, where there is room, then the reaction.
+    fn place(&self, row: &mut LinePlacer, model: &Model) {
+        let shown = model.driver_shown().id;
+        let color = Style::new().fg(model.theme.ego);
+        let bold = Style::new()
+            .fg(model.theme.accent)
+            .add_modifier(Modifier::BOLD);
+        let mut placed = self.last.clone();
+        placed.retain(|(at, ids)| {
+            let style = if ids.contains(&shown) { bold } else { color };
+            row.sign(*at, '┤', style)
+        });
+        for near in placed.chunk_by(|(a, _), (b, _)| b - a <= NAME) {
+            let ids: Vec<&str> = near
+                .iter()
+                .flat_map(|(_, ids)| ids.iter().copied())
+                .collect();
+            let words = ids.join(" ");
+            let [(first, _), .., (last, _)] = near else {
+                row.words_beside(near[0].0, &words, color);
+                continue;
+            };
+            let before = first.checked_sub(words.len() + 1);
+            row.words(before.into_iter().chain([last + 2]), &words, color);
+        }
+        if let Some(at) = self.reacts.filter(|at| row.sign(*at, '○', bold)) {
+            row.words_beside(at, &format!("{shown} reacts"), bold);
+        }
+    }
 }
 
 /// Columns that a label and the gap behind it take.
@@ -347,18 +451,19 @@ fn ruler(
     opened: &Opened,
     width: usize,
     column: &dyn Fn(i64) -> usize,
-    marks: Option<&[Mark]>,
+    marks: Option<(&[Mark], &DriverMarks)>,
 ) -> Line<'static> {
     let (first, last) = model.clock.range();
     let dt = opened.scenario.dt();
     let (from, to) = (first as f64 * dt, last as f64 * dt);
     let theme = &model.theme;
     let mut row = LinePlacer::new(width);
-    if let Some(marks) = marks {
+    if let Some((marks, drivers)) = marks {
         cursor(&mut row, model, marks, column);
-    }
-    for mark in marks.unwrap_or_default() {
-        row.sign(mark.at, mark.sign, mark.style);
+        for mark in marks {
+            row.sign(mark.at, mark.sign, mark.style);
+        }
+        drivers.place(&mut row, model);
     }
     for tick in ticks(from, to, width) {
         let label = if tick.fract() == 0.0 {

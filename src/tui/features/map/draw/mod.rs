@@ -20,9 +20,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::features::map::draw::request as scene_request;
-use crate::model::{
-    Camera, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Strip, Trails,
-};
+use crate::model::{Camera, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Strip, Trails};
 use crate::pixels::{Encoder, MapImage};
 use crate::theme::components;
 use crate::widgets::window;
@@ -201,13 +199,7 @@ fn one<'a>(
 
 /// A map of a strip in cells, which the mouse does not reach; goals have no labels there, which would have room in some
 /// maps alone, nor lines, which nothing would tell from others.
-pub fn still(
-    f: &mut Frame<'_>,
-    area: Rect,
-    model: &Model,
-    moment: &Moment<'_>,
-    strip: &Strip<'_>,
-) {
+pub fn still(f: &mut Frame<'_>, area: Rect, model: &Model, moment: &Moment<'_>, strip: &Strip<'_>) {
     if area.width >= 4 && area.height >= 2 {
         let camera = model.camera_of_strip((area.width, area.height), strip);
         let view = seen_by(&camera, area, &strip.ego);
