@@ -149,6 +149,7 @@ pub fn attack(
     let request = AttackRequest {
         settings: Settings {
             traffic: TrafficMode::Recorded,
+            policy: chosen.choice.as_ref().and_then(|choice| choice.policy),
             ..Settings::from(&planning)
         },
         planner: chosen.choice.and_then(|choice| choice.external),

@@ -268,7 +268,7 @@ fn function_planner(
     PlannerChoice {
         external: Some(Arc::new(planner)),
         name,
-        is_recorded: false,
+        ..PlannerChoice::default()
     }
 }
 

@@ -120,6 +120,7 @@ impl From<&Planning> for Settings {
             replan: planning.replan,
             without: None,
             traffic: planning.traffic,
+            policy: None,
         }
     }
 }

@@ -282,6 +282,7 @@ fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, St
         replan: 1,
         without: None,
         traffic: TrafficMode::Recorded,
+        policy: None,
     };
     let ego = EgoSelection::File {
         path: path.to_owned(),

@@ -214,6 +214,10 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     }
     let past = prepared(arguments)?;
     let chosen = arguments.planner.only(&config, planning.timeout)?;
+    let settings = Settings {
+        policy: chosen.as_ref().and_then(|planner| planner.policy),
+        ..settings
+    };
     let planner = chosen.and_then(|planner| planner.external);
     let problem = arguments.how.planning_problem;
     let stop = interrupted(true);

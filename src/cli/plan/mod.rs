@@ -90,6 +90,10 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         return compare::run(arguments, &entries, &planners, &settings);
     }
     let planner = planners.first();
+    let settings = Settings {
+        policy: planner.and_then(|planner| planner.policy),
+        ..settings
+    };
     let setup = arguments.monitor.setup(&folders, &config)?;
     let stop = interrupted(true);
     if let Some(setup) = setup.as_ref().filter(|_| arguments.monitor.is_dry_run()) {

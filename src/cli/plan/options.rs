@@ -66,7 +66,11 @@ impl<'a> RunOptions<'a> {
         let process = planner.map(ExternalPlanner::options);
         Self {
             planning: Planning::values(settings).into_iter().collect(),
-            planner: process.map_or(BUILT_IN.into(), |options| options.command.join(" ")),
+            planner: match (settings.policy, process) {
+                (Some(policy), _) => policy.name().into(),
+                (None, Some(options)) => options.command.join(" "),
+                (None, None) => BUILT_IN.into(),
+            },
             process: process.map(|options| ProcessOptions {
                 start_timeout: options.start.as_secs_f64(),
                 timeout: options.cycle.as_secs_f64(),
@@ -150,8 +154,8 @@ impl PlannerOptions {
         if said == RECORDED && self.planners.len() == 2 && !known.iter().any(|(k, _)| k == said) {
             return Ok(PlannerChoice {
                 name: output::visible(said),
-                external: None,
                 is_recorded: true,
+                ..PlannerChoice::default()
             });
         }
         let clock = if self.real_time {

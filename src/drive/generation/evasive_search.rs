@@ -330,6 +330,7 @@ fn attempts(usual: &Settings) -> [(&'static str, Settings); 4] {
     let mut told = Settings {
         forecast: Forecast::Recorded,
         replan: 1,
+        policy: None,
         ..*usual
     };
     // To survive goes before the rules of the road: a way out may cross a line or drive faster than allowed.

@@ -436,7 +436,10 @@ impl Manifest {
                 replan: settings.replan,
                 horizon: settings.planner.horizon,
                 rules: settings.planner.rules.name().into(),
-                planner: planner(baseline),
+                planner: match settings.policy {
+                    Some(policy) => PlannerIdentity::BuiltIn(policy.name().into()),
+                    None => planner(baseline),
+                },
             },
             outcome: OutcomeName::from(&effect.consequence),
             collision: effect.contact.map(|c| contact(&c, effect)),

@@ -7,7 +7,7 @@ use nearmiss_base::geometry::angle_between;
 use nearmiss_scene::scenario::{Motion, PlanningProblem, Scenario, Scene, Track};
 
 use super::external::{ExternalPlanner, ExternalReport, NoTrajectory, PlannerError, Session};
-use super::policy::{Policy, Seat};
+use super::policy::Seat;
 use super::rollout::start;
 use super::traffic::World;
 use super::{
@@ -37,8 +37,6 @@ pub struct Driver {
     recorded: Option<Arc<Scene>>,
     /// The planner; the built-in one where none is named.
     external: Option<Arc<ExternalPlanner>>,
-    /// The rule that drives instead of a planner.
-    policy: Option<Policy>,
     /// Forecasts that its drives share.
     forecasts: Option<Arc<ForecastCache>>,
 }
@@ -99,7 +97,6 @@ impl Driver {
             cancel: Cancel::default(),
             recorded: None,
             external: None,
-            policy: None,
             forecasts: None,
         })
     }
@@ -136,12 +133,6 @@ impl Driver {
     pub fn driven_by(mut self, planner: Option<Arc<ExternalPlanner>>) -> Self {
         self.external = planner;
         self
-    }
-
-    /// The same driver, which drives by a rule, if one is named, and asks no planner.
-    #[must_use]
-    pub fn driven_by_rule(self, policy: Option<Policy>) -> Self {
-        Self { policy, ..self }
     }
 
     /// The planner that is asked; `None` for the built-in one.
@@ -289,7 +280,10 @@ impl Driver {
             noted.drive.outcome = outcome;
             return noted;
         }
-        let mut seat = (self.policy).map(|policy| Seat::new(policy, self, &state));
+        let mut seat = self
+            .settings
+            .policy
+            .map(|policy| Seat::new(policy, self, &state));
         'drive: while step < last {
             let asked = control(&noted.drive);
             match asked {

@@ -24,6 +24,12 @@ pub enum Policy {
     Driver(&'static DriverModel),
 }
 
+impl PartialEq for Policy {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
 impl Policy {
     /// Those that any planner has to beat.
     pub const BASELINES: [Self; 3] = [Self::ConstantVelocity, Self::LaneFollowing, Self::Idm];

@@ -13,7 +13,9 @@ use nearmiss_scene::scenario::{
 use nearmiss_scene::traffic_rules::RuleReport;
 use strum::{IntoStaticStr, VariantArray};
 
-use super::{Collision, ContactSide, DrivenTraffic, ExternalReport, PlannerError, TrafficMode};
+use super::{
+    Collision, ContactSide, DrivenTraffic, ExternalReport, PlannerError, Policy, TrafficMode,
+};
 use crate::planner::{
     self, Broken, Feasibility, Forecast, Limits, MOST_STEPS, Memory, Plan, ReferenceTrack,
     ReferenceTrackError, Road, VehicleState,
@@ -32,6 +34,8 @@ pub struct Settings {
     pub without: Option<i64>,
     /// What the others do.
     pub traffic: TrafficMode,
+    /// The rule that drives instead of a planner.
+    pub policy: Option<Policy>,
 }
 
 /// Coarse drives plan anew after this time, seconds.
@@ -282,7 +286,10 @@ impl Rollout {
         Ego {
             id: problem.id,
             source: EgoSource::Planned {
-                planner: self.external.as_ref().map(|report| report.named()),
+                planner: match settings.policy {
+                    Some(policy) => Some(policy.name().into()),
+                    None => self.external.as_ref().map(|report| report.named()),
+                },
                 vehicle: settings.planner.vehicle.name().into(),
                 forecast: settings.forecast.name().into(),
                 planning_problem: problem.id,

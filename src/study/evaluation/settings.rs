@@ -150,6 +150,7 @@ pub fn default_planning() -> simulation::Settings {
         replan: 1,
         without: None,
         traffic: TrafficMode::Recorded,
+        policy: None,
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use nearmiss_base::system::{did_you_mean, is_program};
-use nearmiss_drive::simulation::{Clock, ExternalOptions, ExternalPlanner};
+use nearmiss_drive::simulation::{Clock, ExternalOptions, ExternalPlanner, Policy};
 use nearmiss_scene::description::visible;
 use nearmiss_settings::Config;
 
@@ -15,12 +15,14 @@ pub const BUILT_IN: &str = "nearmiss";
 pub const RECORDED: &str = "recorded";
 
 /// A planner that was named.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct PlannerChoice {
     /// Its name: that of the configuration, else its command.
     pub name: String,
-    /// Its process; `None` for the built-in planner.
+    /// Its process; `None` for the built-in planner and for rules.
     pub external: Option<Arc<ExternalPlanner>>,
+    /// The rule that drives: a driver or a baseline.
+    pub policy: Option<Policy>,
     /// It is the recorded ego.
     pub is_recorded: bool,
 }
@@ -39,15 +41,16 @@ impl PlannerChoice {
         clock: Clock,
     ) -> Result<Self, String> {
         let name = visible(said).into_owned();
-        if said == BUILT_IN {
-            return Ok(Self {
-                name,
-                external: None,
-                is_recorded: false,
-            });
-        }
         let known = config.external_planners();
         let found = known.iter().find(|(known, _)| known == said);
+        let policy = Policy::named(said).filter(|_| found.is_none());
+        if said == BUILT_IN || policy.is_some() {
+            return Ok(Self {
+                name,
+                policy,
+                ..Self::default()
+            });
+        }
         let mut options = match found {
             Some((_, options)) => options.clone(),
             None => command(said, option, known.iter().map(|(name, _)| name.as_str()))?,
@@ -67,7 +70,7 @@ impl PlannerChoice {
         Ok(Self {
             name,
             external,
-            is_recorded: false,
+            ..Self::default()
         })
     }
 }
@@ -84,7 +87,9 @@ fn command<'a>(
     if let [program] = &words[..]
         && !is_program(program)
     {
-        let all: Vec<&str> = std::iter::once(BUILT_IN).chain(known).collect();
+        let mut all: Vec<&str> = vec![BUILT_IN];
+        all.extend(known);
+        all.extend(Policy::all().map(|policy| -> &'a str { policy.name() }));
         return Err(format!(
             "{option}{program}: no planner of this name and no such program{}; available: {}",
             did_you_mean(program, all.iter().copied()),

@@ -63,6 +63,7 @@ pub fn drive(
 ) -> Result<Option<DrivenScenario>, PlanError> {
     let planner = options.planner;
     let mut prepared = prepared.driven_by(planner.and_then(|planner| planner.external.clone()));
+    prepared.settings.policy = planner.and_then(|planner| planner.policy);
     if !options.counts {
         prepared = prepared.only_best();
     }
@@ -196,6 +197,9 @@ impl DrivenScenario {
     pub fn planner(&self) -> &str {
         if self.is_recorded {
             return RECORDED;
+        }
+        if let Some(policy) = self.settings.policy {
+            return policy.name();
         }
         let external = self.drive.external.as_ref();
         external.map_or(BUILT_IN, |report| &report.planner)

@@ -266,9 +266,10 @@ impl VariantLine {
         let main = main.and_then(|(c, effect)| c.attack.asked.get(effect.main));
         let baseline = workshop.closed.baseline();
         let driver = workshop.closed.driver();
-        let planner = driver
-            .external()
-            .map_or("nearmiss", |planner| planner.name());
+        let planner = match (driver.settings().policy, driver.external()) {
+            (Some(policy), _) => policy.name(),
+            (None, planner) => planner.map_or("nearmiss", |planner| planner.name()),
+        };
         let plausible = chosen.and_then(|c| workshop.plausibility(&c.attack.change));
         let driven = made.found.attacks.iter().filter(|a| a.effect.is_some());
         let process = baseline.drive().external.as_ref();

@@ -35,6 +35,7 @@ fn settings(forecast: Forecast) -> Settings {
         replan: 1,
         without: None,
         traffic: TrafficMode::Recorded,
+        policy: None,
     }
 }
 
