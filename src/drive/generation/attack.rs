@@ -204,6 +204,15 @@ impl Attack {
         self.asked.iter().zip(self.change.changes())
     }
 
+    /// How hard its contact is, for comparisons: the more, the harder; less than nothing without a contact that counts.
+    #[must_use]
+    pub fn severity(&self) -> f64 {
+        let effect = self.effect.as_ref();
+        let effect = effect.filter(|e| matches!(e.consequence, Consequence::Collision(_)));
+        let impact = effect.and_then(|effect| effect.impact);
+        impact.map_or(-1.0, |impact| impact.rank())
+    }
+
     /// Whether the others come to as much without one of its attackers.
     #[must_use]
     pub fn is_idle(&self) -> bool {

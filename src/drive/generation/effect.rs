@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use strum::IntoStaticStr;
 
+use nearmiss_scene::metrics::Impact;
 use nearmiss_scene::scenario::Scenario;
 
 use super::attack::Attack;
@@ -72,6 +73,8 @@ pub struct Effect {
     pub consequence: Consequence,
     /// The contact at its end that the baseline does not have, also one that is no consequence of the change.
     pub contact: Option<Collision>,
+    /// How hard that contact is.
+    pub impact: Option<Impact>,
     /// The lowest risk score of any obstacle in the baseline; `None` if none ever is there.
     pub anyone_before: Option<u8>,
     /// The lowest risk score of any obstacle in this drive.
@@ -318,17 +321,28 @@ const BREAKING: usize = 3;
 /// fails again. That says nothing about an ideal driver, so no way out is looked for.
 ///
 /// Being hit from behind proves nothing and is never preferred to a near miss.
+///
+/// Where it is to be `severe`, the hardest contacts come first of those that are as well survived.
 #[must_use]
 pub fn choose<'a>(
     closed: &ClosedLoop,
     attacks: impl IntoIterator<Item = &'a Attack>,
     delay: f64,
+    severe: bool,
 ) -> Option<SelectedAttack> {
     let known = attacks.into_iter().filter(|a| a.effect.is_some());
     let (breaking, others): (Vec<&Attack>, Vec<&Attack>) =
         known.partition(|a| a.effect.as_ref().is_some_and(Effect::breaks_planner));
-    let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) =
+    let (mut effective, harmless): (Vec<&Attack>, Vec<&Attack>) =
         others.into_iter().partition(|a| a.has_effect());
+    if severe {
+        effective.sort_by(|a, b| {
+            let survived = |attack: &Attack| attack.survivable != Some(true);
+            survived(a)
+                .cmp(&survived(b))
+                .then(b.severity().total_cmp(&a.severity()))
+        });
+    }
     let mut broken = None;
     let mut breaks = || {
         let first = || first_that_breaks(closed, &breaking);

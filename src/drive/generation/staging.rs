@@ -64,7 +64,7 @@ pub(super) fn search(
             let first = best.chosen.is_none();
             let attacks = found.attacks.iter();
             let hopeful = attacks.filter(|attack| first || at_most(attack) > rank);
-            let chosen = choose(&workshop.closed, hopeful, effort.delay);
+            let chosen = choose(&workshop.closed, hopeful, effort.delay, allowed.severe());
             best.take(workshop, chosen, effort.delay);
         }
         let more = best.rank(effort.delay) < Rank::Collision && attackers < effort.together;

@@ -57,6 +57,17 @@ impl Contact {
         steps.contact(&there, step.checked_sub(1).and_then(there), here)
     }
 
+    /// The same in a simulated drive, whose bodies move between its steps as they are joined.
+    #[must_use]
+    pub fn in_drive(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<Self> {
+        let there = |step| bodies(scene, other, step);
+        let steps = Steps {
+            is_simulated: true,
+            ..Steps::of(scene, other, step)
+        };
+        steps.contact(&there, step.checked_sub(1).and_then(there), there(step)?)
+    }
+
     /// How far the bodies would overlap at most between a step and those before and after it, metres, where that is no
     /// contact: a recording does not tell the way between its steps so exactly.
     #[must_use]
@@ -143,6 +154,8 @@ struct Steps {
     kinds: [ObstacleType; 2],
     /// Whether the obstacle is a region of an occupancy set at the later one.
     is_possible: bool,
+    /// Whether nothing is uncertain between them.
+    is_simulated: bool,
     /// The later one.
     step: i64,
     /// Seconds between them.
@@ -164,6 +177,7 @@ impl Steps {
             obstacle: other.obstacle.id,
             kinds: [scene.ego_kind(), other.obstacle.kind],
             is_possible: other.obstacle.is_occupancy_at(step),
+            is_simulated: false,
             step,
             dt: scene.scenario.dt(),
         }
@@ -218,7 +232,7 @@ impl Steps {
         let touch = before.and_then(|before| {
             let ways = ways(before, here, self.dt)?;
             let share = ways[0].first_touch(&ways[1]).filter(|share| *share > 0.0)?;
-            let certain = overlaps || {
+            let certain = overlaps || self.is_simulated || {
                 let deepest = deepest_overlap(&ways, share);
                 let is_at = |share| [ways[0].at(share), ways[1].at(share)];
                 deepest > self.uncertainty(there, None)

@@ -8,6 +8,8 @@
 //! Bodies rebound a little in slow impacts, which adds up to a third to Δv; that is left out, as are rotations before the
 //! touch.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
 use nearmiss_base::geometry::{Bounds, Placed, Point, Shape, Vector, angle_between, ring_within};
@@ -50,8 +52,57 @@ pub struct Impact {
     /// # Errors
     /// No curve is published for them, or the impact is beyond its range.
     pub p_serious: Result<f64, NoValue>,
-    /// The same for comparisons alone: as if the curve of their kind held for every impact.
-    pub(super) rank: f64,
+    rank: f64,
+}
+
+/// An impact in documents and tables.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct ImpactRecord {
+    /// Speed of one body relative to the other.
+    #[schemars(extend("unit" = "m/s"))]
+    pub closing_speed: f64,
+    /// Change of the ego's velocity; null where a mass is not known.
+    #[schemars(extend("unit" = "m/s"))]
+    pub delta_v: Option<f64>,
+    /// Change of the other's velocity.
+    #[schemars(extend("unit" = "m/s"))]
+    pub delta_v_other: Option<f64>,
+    /// Risk of a serious injury (MAIS3+) of the people at most risk, 0 to 1; null without a published curve that holds.
+    pub p_serious: Option<f64>,
+    /// Angle between both headings, 0 to π.
+    #[schemars(extend("unit" = "rad"))]
+    pub angle: f64,
+    /// Share of the ego's width that the other covers, 0 to 1.
+    pub overlap: f64,
+}
+
+impl From<&Impact> for ImpactRecord {
+    fn from(impact: &Impact) -> Self {
+        let short = |value: f64| (value * 1e4).round() / 1e4;
+        let delta_v = |of: usize| impact.delta_v.map(|both| short(both[of]));
+        Self {
+            closing_speed: short(impact.closing_speed),
+            delta_v: delta_v(0),
+            delta_v_other: delta_v(1),
+            p_serious: impact.p_serious.ok().map(short),
+            angle: short(impact.angle),
+            overlap: short(impact.overlap),
+        }
+    }
+}
+
+impl std::fmt::Display for ImpactRecord {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:.1} m/s", self.closing_speed)?;
+        if let Some((own, other)) = self.delta_v.zip(self.delta_v_other) {
+            write!(f, ", Δv {own:.1} and {other:.1} m/s")?;
+        }
+        match self.p_serious {
+            Some(risk) => write!(f, ", serious injury {:.1} %", 100.0 * risk),
+            None => Ok(()),
+        }
+    }
 }
 
 /// A body at the moment of a contact.
@@ -98,21 +149,28 @@ fn mass(kind: ObstacleType) -> Option<f64> {
 }
 
 impl Impact {
+    /// How hard it is beside others, the more the harder: the risk as if the curve of their kind held for everybody.
+    #[must_use]
+    pub fn rank(&self) -> f64 {
+        self.rank
+    }
+
     /// Of the ego and another.
     pub(super) fn between(both: &[Striking<'_>; 2]) -> Self {
         let [ego, other] = both;
-        let normal = normal(both);
+        let bodies = both.map(|one| one.body);
+        let normal = normal(&bodies);
+        let at = pressed(&bodies, normal);
         let along = Vector::new(-normal.y, normal.x);
         let relative = ego.velocity - other.velocity;
         let closing_speed = relative.norm();
-        let [a, b] = both.map(|one| one.body.extent(&Point::origin(), &along));
+        let [a, b] = bodies.map(|body| body.extent(&at, &along));
         let shared = (a.1.min(b.1) - a.0.max(b.0)).max(0.0);
-        let sides = sides(&ego.body, &other.body);
+        let sides = bodies.map(|body| face(&body, &at));
         let delta_v = mass(ego.kind).zip(mass(other.kind)).map(|(m, n)| {
             let masses = [m, n];
-            let at = pressed(both, normal);
-            let levers = both.map(|one| at - centre(&one.body));
-            let turns = [0, 1].map(|i| masses[i] * gyration_squared(&both[i].body));
+            let levers = bodies.map(|body| at - centre(&body));
+            let turns = [0, 1].map(|i| masses[i] * gyration_squared(&bodies[i]));
             let impulse = impulse(masses, turns, levers, normal, relative);
             masses.map(|mass| impulse / mass)
         });
@@ -179,15 +237,15 @@ fn impulse(
 
 /// The direction across the surface at which two bodies touch, from the first into the second: that of their own axes, or of
 /// the line between them where one is round, along which they are least in each other.
-fn normal(both: &[Striking<'_>; 2]) -> Vector {
-    let [a, b] = both.map(|one| one.body);
-    let between = centre(&b) - centre(&a);
+fn normal([a, b]: &[Placed<'_>; 2]) -> Vector {
+    let between = centre(b) - centre(a);
+    let origin = a.pose.position;
     let round = [a, b].iter().any(|body| is_round(body));
     let own = [a, b].map(|body| [body.pose.forward(), body.pose.left()]);
     let axes = own.into_iter().flatten();
     let axes = axes.chain(round.then(|| between.try_normalize(1e-9)).flatten());
     let gap = |axis: Vector| {
-        let [a, b] = [a, b].map(|body| body.extent(&Point::origin(), &axis));
+        let [a, b] = [a, b].map(|body| body.extent(&origin, &axis));
         [(b.0 - a.1, axis), (a.0 - b.1, -axis)]
     };
     let widest = axes.flat_map(gap).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -200,13 +258,12 @@ fn is_round(body: &Placed<'_>) -> bool {
 
 /// Where the impulse acts: the middle of the area that two bodies share once they have crushed each other by [`CRUSH`]; what
 /// they touch first may be a corner of a front that then is pressed together over its whole width.
-fn pressed(both: &[Striking<'_>; 2], normal: Vector) -> Point {
-    let [a, b] = both.map(|one| one.body);
+fn pressed([a, b]: &[Placed<'_>; 2], normal: Vector) -> Point {
     // One of both is taken for its box, the round one for its outline.
-    let (frame, ring, push) = if is_round(&a) {
-        (&b, &a, normal * CRUSH)
+    let (frame, ring, push) = if is_round(a) {
+        (b, a, normal * CRUSH)
     } else {
-        (&a, &b, normal * -CRUSH)
+        (a, b, normal * -CRUSH)
     };
     let local = |outlines: Vec<Vec<Point>>, push: Vector| -> Vec<Point> {
         let points = outlines.into_iter().flatten();
@@ -217,7 +274,7 @@ fn pressed(both: &[Striking<'_>; 2], normal: Vector) -> Point {
     let shared = Bounds::from_points(&corners).map(|bounds| ring_within(&outline, &bounds));
     let at = shared.and_then(|shared| centroid(&shared));
     at.map_or_else(
-        || nalgebra::center(&centre(&a), &centre(&b)),
+        || nalgebra::center(&centre(a), &centre(b)),
         |at| frame.pose.to_world(&at) - push / 2.0,
     )
 }
@@ -257,47 +314,9 @@ fn gyration_squared(body: &Placed<'_>) -> f64 {
 /// The sides with which two bodies touch.
 #[must_use]
 pub fn sides(a: &Placed<'_>, b: &Placed<'_>) -> [ContactSide; 2] {
-    let middle = middle(a, b);
-    [a, b].map(|body| face(body, &middle))
-}
-
-/// The middle of what two bodies share: of the corners of either that are in the other, and of where their outlines
-/// cross; the point between them where they only just touch.
-fn middle(a: &Placed<'_>, b: &Placed<'_>) -> Point {
-    let edges = |body: &Placed<'_>| -> Vec<(Point, Point)> {
-        let rings = body.outlines();
-        let ring = |ring: &Vec<Point>| -> Vec<(Point, Point)> {
-            let ends = ring.iter().cycle().skip(1);
-            ring.iter().copied().zip(ends.copied()).collect()
-        };
-        rings.iter().flat_map(ring).collect()
-    };
-    let (of_a, of_b) = (edges(a), edges(b));
-    let inside = |edges: &[(Point, Point)], other: &Placed<'_>| -> Vec<Point> {
-        let corners = edges.iter().map(|(from, _)| *from);
-        corners.filter(|p| other.holds(p)).collect()
-    };
-    let mut shared = [inside(&of_a, b), inside(&of_b, a)].concat();
-    for one in &of_a {
-        shared.extend(of_b.iter().filter_map(|other| crossing(*one, *other)));
-    }
-    if shared.is_empty() {
-        return nalgebra::center(&a.pose.position, &b.pose.position);
-    }
-    let sum = shared.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
-    Point::from(sum / shared.len() as f64)
-}
-
-/// Where two stretches of line cross; `None` for parallel ones.
-fn crossing((a, b): (Point, Point), (c, d): (Point, Point)) -> Option<Point> {
-    let (along, other, between) = (b - a, d - c, c - a);
-    let cross = along.perp(&other);
-    if cross == 0.0 {
-        return None;
-    }
-    let (t, u) = (between.perp(&other) / cross, between.perp(&along) / cross);
-    let within = (0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u);
-    within.then(|| a + along * t)
+    let both = [*a, *b];
+    let at = pressed(&both, normal(&both));
+    both.map(|body| face(&body, &at))
 }
 
 /// The side of a body that is nearest to a point on or in it.

@@ -26,7 +26,7 @@ mod thresholds;
 pub use along::{LaneBody, LaneSet, Road};
 pub use contact::Contact;
 pub use context::{Context, Encounter};
-pub use impact::{ContactSide, DEEP, Impact, sides};
+pub use impact::{ContactSide, DEEP, Impact, ImpactRecord, sides};
 pub use limits::{LIMITS, Limit};
 use measure::Compute;
 pub use measure::{Danger, Measure, Mirrored};

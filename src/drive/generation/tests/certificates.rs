@@ -179,7 +179,7 @@ fn what_is_known_to_be_survived_is_chosen_behind_any_number_of_walls() {
     let mut attacks: Vec<Attack> = (0..6)
         .map(|n| attack(&closed, braking(&closed, 1, 500.0 + f64::from(n)), None))
         .collect();
-    let walls = choose(&closed, &attacks, 0.0).unwrap();
+    let walls = choose(&closed, &attacks, 0.0, false).unwrap();
     assert_eq!(walls.avoidability.at(0.0), Some(false));
     let mut gentle = (1..12).map(|n| {
         let change = braking(&closed, 10, f64::from(n));
@@ -193,7 +193,7 @@ fn what_is_known_to_be_survived_is_chosen_behind_any_number_of_walls() {
         })
         .unwrap();
     attacks.push(survived.clone());
-    let chosen = choose(&closed, &attacks, 0.0).unwrap();
+    let chosen = choose(&closed, &attacks, 0.0, false).unwrap();
     assert_eq!(chosen.attack.change, survived.change);
     assert_eq!(chosen.avoidability.at(0.0), Some(true));
 }

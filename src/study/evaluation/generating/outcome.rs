@@ -145,9 +145,9 @@ impl Authored {
         let chosen = match preferred {
             Some(one) => {
                 let only = std::slice::from_ref(&one.admitted.attack);
-                choose(ground.closed_loop, only, delay)
+                choose(ground.closed_loop, only, delay, false)
             }
-            None => choose(ground.closed_loop, &attacks, delay),
+            None => choose(ground.closed_loop, &attacks, delay, false),
         };
         let first = |declined: &RefusedAnswer| declined.refusals.first().cloned();
         let found = SearchResult {
