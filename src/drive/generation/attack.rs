@@ -207,10 +207,12 @@ impl Attack {
     /// How hard its contact is, for comparisons: the more, the harder; less than nothing without a contact that counts.
     #[must_use]
     pub fn severity(&self) -> f64 {
-        let effect = self.effect.as_ref();
-        let effect = effect.filter(|e| matches!(e.consequence, Consequence::Collision(_)));
-        let impact = effect.and_then(|effect| effect.impact);
-        impact.map_or(-1.0, |impact| impact.rank())
+        match &self.effect {
+            Some(effect) if matches!(effect.consequence, Consequence::Collision(_)) => {
+                effect.impact.map_or(0.0, |impact| impact.rank())
+            }
+            _ => -1.0,
+        }
     }
 
     /// Whether the others come to as much without one of its attackers.

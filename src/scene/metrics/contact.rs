@@ -9,6 +9,8 @@
 //!
 //! How hard they touch: [`super::impact`]. Velocities are those recorded; between two steps they change evenly.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nearmiss_base::geometry::{Placed, Point, Pose, Sweep, Vector, angle_between};
 
 use super::Context;
@@ -266,9 +268,13 @@ impl Steps {
                 here[which].1
             };
             let (was, is) = (before[which].0.pose, here[which].0.pose);
+            let turn = angle_between(was.heading, is.heading);
+            // A larger turn within a step is a flip of the heading.
+            let turned = if turn.abs() > FRAC_PI_2 { 0.0 } else { turn };
             Striking {
                 body: body.at(was.towards(&is, deep)),
                 velocity: velocity(which),
+                turning: turned / self.dt,
                 kind: self.kinds[which],
             }
         };

@@ -5,8 +5,7 @@
 //! touch, both have the same velocity afterwards, unless the impulse along the surface exceeds [`FRICTION`] times the one
 //! across it; then they slide along each other. So who is hit off its centre turns away, and a scrape of two that pass changes
 //! little. A central impact gives m₂ / (m₁ + m₂) · v (Shelby 2011). The impulse is the same for both: m₁Δv₁ = m₂Δv₂.
-//! Bodies rebound a little in slow impacts, which adds up to a third to Δv; that is left out, as are rotations before the
-//! touch.
+//! Bodies rebound a little in slow impacts, which adds up to a third to Δv; that is left out.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -112,6 +111,8 @@ pub(super) struct Striking<'a> {
     pub body: Placed<'a>,
     /// Its velocity, m/s.
     pub velocity: Vector,
+    /// How fast it turns, rad/s.
+    pub turning: f64,
     /// What it is.
     pub kind: ObstacleType,
 }
@@ -171,6 +172,8 @@ impl Impact {
             let masses = [m, n];
             let levers = bodies.map(|body| at - centre(&body));
             let turns = [0, 1].map(|i| masses[i] * gyration_squared(&bodies[i]));
+            let turned = |i: usize| Vector::new(-levers[i].y, levers[i].x) * both[i].turning;
+            let relative = relative + turned(0) - turned(1);
             let impulse = impulse(masses, turns, levers, normal, relative);
             masses.map(|mass| impulse / mass)
         });
@@ -194,7 +197,8 @@ impl Impact {
 }
 
 /// The impulse between two bodies that touch, kg m/s: masses in kg, moments of inertia in kg m², from the centres to where
-/// they touch in metres, the direction from the first into the second, and the velocity of the first relative to the second.
+/// they touch in metres, the direction from the first into the second, and the velocity of the first relative to the second
+/// there.
 fn impulse(
     masses: [f64; 2],
     turns: [f64; 2],
@@ -242,8 +246,8 @@ fn normal([a, b]: &[Placed<'_>; 2]) -> Vector {
     let origin = a.pose.position;
     let round = [a, b].iter().any(|body| is_round(body));
     let own = [a, b].map(|body| [body.pose.forward(), body.pose.left()]);
-    let axes = own.into_iter().flatten();
-    let axes = axes.chain(round.then(|| between.try_normalize(1e-9)).flatten());
+    let line = round.then(|| between.try_normalize(1e-9)).flatten();
+    let axes = own.into_iter().flatten().chain(line);
     let gap = |axis: Vector| {
         let [a, b] = [a, b].map(|body| body.extent(&origin, &axis));
         [(b.0 - a.1, axis), (a.0 - b.1, -axis)]
