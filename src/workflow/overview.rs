@@ -165,7 +165,7 @@ impl Overview {
                 .map(|distance| thousandth(distance.value)),
             contact_speed: headline
                 .and_then(|h| h.contact.as_ref())
-                .map(|contact| thousandth(contact.closing_speed)),
+                .map(|contact| thousandth(contact.impact.closing_speed)),
             ego: scene.ok().map(|scene| scene.ego.id),
             ego_source: match scene {
                 Ok(scene) => scene.ego.source.short(),

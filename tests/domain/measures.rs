@@ -4,6 +4,7 @@
 mod contacts;
 mod definitions;
 mod expected;
+mod impacts;
 mod invariance;
 pub mod random;
 pub mod scenes;

@@ -478,7 +478,10 @@ fn of(
 type Measured = fn(&DrivenScenario) -> Option<f64>;
 
 /// What is compared beside the outcomes, with the decimals that are shown.
-const FIGURES: [(&str, &str, usize, Measured); 6] = [
+const FIGURES: [(&str, &str, usize, Measured); 7] = [
+    ("p_serious", "serious injuries, expected", 3, |d| {
+        d.p_serious()
+    }),
     ("near_misses", "near misses", 2, |d| {
         d.near_misses.map(|n| n as f64)
     }),

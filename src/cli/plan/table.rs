@@ -70,6 +70,9 @@ pub struct OutcomeTable {
     monitor: monitor::Totals,
     /// Whether it has the figures of drives.
     compared: bool,
+    /// Serious injuries that are expected of collisions, and collisions that no injury curve tells.
+    serious: f64,
+    untold: usize,
     /// Collisions in which the ego was rear-ended.
     rear_ended: usize,
     /// Milliseconds of every scenario's middle cycle beside the planner's own.
@@ -94,6 +97,8 @@ impl OutcomeTable {
             monitored,
             monitor: monitor::Totals::default(),
             compared,
+            serious: 0.0,
+            untold: 0,
             rear_ended: 0,
             overhead: Vec::new(),
             planner: None,
@@ -163,6 +168,15 @@ impl OutcomeTable {
     /// Counts what is to be noted of a drive, and says it.
     fn remarks(&mut self, drive: &DriveRecord) -> Vec<String> {
         let mut remarks = Vec::new();
+        if let Some(impact) = &drive.impact {
+            remarks.push(impact.to_string());
+        }
+        if drive.collision_with.is_some() {
+            match drive.impact.and_then(|impact| impact.p_serious) {
+                Some(risk) => self.serious += risk,
+                None => self.untold += 1,
+            }
+        }
         if let Some(hit) = &drive.hit_from_behind {
             self.unaware += usize::from(hit == HitFromBehind::Unaware.name());
             remarks.push(format!("hit from behind, {hit}"));
@@ -249,8 +263,19 @@ impl OutcomeTable {
             ),
         };
         let parts = parts.join(", ");
+        let harm = match (self.counts[1], self.untold) {
+            (0, _) => String::new(),
+            (all, untold) if all == untold => "serious injuries expected: no curve tells\n".into(),
+            (_, untold) => {
+                let without = match untold {
+                    0 => String::new(),
+                    n => format!("; {} without an injury curve", counted(n, "collision")),
+                };
+                format!("serious injuries expected: {:.3}{without}\n", self.serious)
+            }
+        };
         let monitor = self.monitor.line().unwrap_or_default();
-        format!("{all} {scenarios}: {parts}{ms}\n{monitor}{rules}{beyond}{planner}")
+        format!("{all} {scenarios}: {parts}{ms}\n{harm}{monitor}{rules}{beyond}{planner}")
     }
 }
 

@@ -1,11 +1,11 @@
 //! A driver's ride along the ego's path, and the first contact on it.
 
 use nearmiss_base::geometry::{Placed, Sweep, Vector};
+use nearmiss_scene::metrics::{ContactSide, DEEP, sides};
 use nearmiss_scene::scenario::driven_way;
 
 use super::field::{Field, Other};
 use super::model::{Driver, Now, Seen};
-use crate::simulation::{ContactSide, sides};
 
 /// What became of a driver.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,9 +65,6 @@ enum Choice {
 /// Nobody changes speed more in ordinary driving, m/s²: the deceleration that is comfortable for most (AASHTO's Green
 /// Book), from which on braking makes a conflict.
 const ORDINARY: f64 = 3.4;
-
-/// Sides are told this share of a step after the first touch.
-const DEEP: f64 = 1e-4;
 
 impl Field<'_> {
     /// The steps at which a driver can take the wheel.
@@ -246,8 +243,8 @@ impl Field<'_> {
             obstacle: other.participant.obstacle.id,
             step: step + 1,
             closing_speed: (mine - velocity).norm(),
-            ego: sides_at.0,
-            other: sides_at.1,
+            ego: sides_at[0],
+            other: sides_at[1],
             velocities: [mine, velocity],
         };
         Some((share, touch))

@@ -208,6 +208,17 @@ impl Attack {
         self.asked.iter().zip(self.change.changes())
     }
 
+    /// How hard its contact is, for comparisons: the more, the harder; less than nothing without a contact that counts.
+    #[must_use]
+    pub fn severity(&self) -> f64 {
+        match &self.effect {
+            Some(effect) if matches!(effect.consequence, Consequence::Collision(_)) => {
+                effect.impact.map_or(0.0, |impact| impact.rank())
+            }
+            _ => -1.0,
+        }
+    }
+
     /// Whether the others come to as much without one of its attackers.
     #[must_use]
     pub fn is_idle(&self) -> bool {

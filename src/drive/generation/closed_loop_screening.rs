@@ -186,6 +186,8 @@ impl ClosedLoop {
             _ => None,
         };
         let contact = collision.filter(|c| !same && !recorded.touches(c.with));
+        let (problem, settings) = (driver.problem(), driver.settings());
+        let impact = contact.and_then(|_| drive.impact(&changed, problem, settings));
         let telling = contact.filter(|c| effect::is_telling(c, &attackers));
         let before = (&*self.scenario, recorded);
         let near = || effect::comes_near(&attackers, before, (&changed, &drive));
@@ -202,6 +204,7 @@ impl ClosedLoop {
             scenario: changed,
             consequence,
             contact,
+            impact,
             anyone_before: self.baseline.lowest(),
             anyone_after: lowest_of_all(&scores),
             taken_over: noted.taken_over,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use strum::IntoStaticStr;
 
+use nearmiss_scene::metrics::Impact;
 use nearmiss_scene::scenario::Scenario;
 
 use super::attack::Attack;
@@ -72,6 +73,8 @@ pub struct Effect {
     pub consequence: Consequence,
     /// The contact at its end that the baseline does not have, also one that is no consequence of the change.
     pub contact: Option<Collision>,
+    /// How hard that contact is.
+    pub impact: Option<Impact>,
     /// The lowest risk score of any obstacle in the baseline; `None` if none ever is there.
     pub anyone_before: Option<u8>,
     /// The lowest risk score of any obstacle in this drive.
@@ -321,6 +324,8 @@ const BREAKING: usize = 3;
 ///
 /// Being hit from behind proves nothing and is never preferred to a near miss. Those that the wished drivers avoid
 /// come before all others.
+///
+/// Where it is to be severe, the hardest contacts come first of those that are as well survived.
 #[must_use]
 pub fn choose<'a>(
     closed: &ClosedLoop,
@@ -338,6 +343,14 @@ pub fn choose<'a>(
         let effect = attack.effect.as_ref();
         effect.is_some_and(|effect| effect.is_preventable_by(closed, preventable_by))
     };
+    if allowed.severe() {
+        effective.sort_by(|a, b| {
+            let survived = |attack: &Attack| attack.survivable != Some(true);
+            survived(a)
+                .cmp(&survived(b))
+                .then(b.severity().total_cmp(&a.severity()))
+        });
+    }
     if !preventable_by.is_empty() {
         effective.sort_by_cached_key(|attack| !is_wished(attack));
     }

@@ -16,6 +16,7 @@ use super::{
 };
 use crate::driver::PreventabilityRecord;
 use crate::simulation::{Collision, PlannerFault, Rollout};
+use nearmiss_scene::metrics::ImpactRecord;
 use nearmiss_scene::scenario::ContentHash;
 use nearmiss_scene::verdict::{Manoeuvre, Motion, NewMotion, TrajectoryAnswer, WaypointAnswer};
 
@@ -247,7 +248,7 @@ pub struct DriveEnd {
 }
 
 /// A contact of the ego.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ContactRecord {
     /// Id of the obstacle.
@@ -260,6 +261,9 @@ pub struct ContactRecord {
     pub ego_side: String,
     /// Side of the obstacle that is hit.
     pub other_side: String,
+    /// How hard it is; missing in variants that were saved before it was told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impact: Option<ImpactRecord>,
 }
 
 /// Whether an ideal driver with a reaction time avoids a variant, and how or why not.
@@ -561,6 +565,7 @@ fn contact(collision: &Collision, effect: &Effect) -> ContactRecord {
         step: collision.step,
         ego_side: collision.ego.name().into(),
         other_side: collision.other.name().into(),
+        impact: effect.impact.as_ref().map(Into::into),
     }
 }
 

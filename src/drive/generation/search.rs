@@ -191,8 +191,9 @@ impl Search<'_> {
                 since + 1
             };
             lowest = lowest.min(now);
-            let enough = least <= BEST_COST + IMPLAUSIBILITY_COST
-                || best <= BEST_COST && round >= PLAUSIBILITY_ROUNDS
+            let severe = self.wanted.allowed.severe();
+            let enough = !severe && least <= BEST_COST + IMPLAUSIBILITY_COST
+                || !severe && best <= BEST_COST && round >= PLAUSIBILITY_ROUNDS
                 || self.wanted.near_misses && best <= GOOD_COST && round >= COLLISION_ROUNDS
                 || since > STALL_ROUNDS
                 || self.found.work >= self.wanted.work;

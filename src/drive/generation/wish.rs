@@ -1,4 +1,4 @@
-//! What an attack is wished to be: who attacks, with which manoeuvre, from where, and how attackers move.
+//! What an attack is wished to be: who attacks, with which manoeuvre, from where, how hard, and how attackers move.
 
 use std::fmt;
 use std::str::FromStr;
@@ -26,6 +26,8 @@ pub struct Wish {
     pub places: Vec<AttackPlace>,
     /// Drivers that are to avoid it, by id.
     pub preventable_by: Vec<&'static str>,
+    /// Of contacts that are as good otherwise, the hardest: the one with the highest risk of a serious injury.
+    pub severe: bool,
 }
 
 /// Where an attacker comes from, as the ego sees it in the seconds before they could meet, while nothing is changed.
@@ -114,6 +116,11 @@ impl AllowedAttacks<'_> {
         self.wish.map_or(&[], |wish| &wish.preventable_by)
     }
 
+    /// Whether the hardest contact is wished.
+    pub(super) fn severe(&self) -> bool {
+        self.wish.is_some_and(|wish| wish.severe)
+    }
+
     /// Whether an obstacle may attack.
     pub(super) fn allow(&self, stage: &AttackContext<'_>, candidate: &Candidate) -> bool {
         let is_named = self.among.is_empty() || self.among.contains(&candidate.obstacle);
@@ -145,7 +152,8 @@ impl fmt::Display for Wish {
             .into_iter()
             .flatten()
             .chain(places.map(|place| format!("place:{}", place.name())))
-            .chain(any("preventable-by", self.preventable_by.clone()));
+            .chain(any("preventable-by", self.preventable_by.clone()))
+            .chain(self.severe.then(|| SEVERE.into()));
         f.write_str(&terms.collect::<Vec<_>>().join(" "))
     }
 }
@@ -154,7 +162,7 @@ impl FromStr for Wish {
     type Err = String;
 
     /// Reads terms, separated by spaces: `actor:` and `manoeuvre:` with alternatives separated by commas, `place:`, and
-    /// `preventable-by:` with drivers that all have to avoid it.
+    /// `preventable-by:` with drivers that all have to avoid it, and `severe`.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut wish = Self::default();
         for term in text.split_whitespace() {
@@ -181,9 +189,10 @@ impl FromStr for Wish {
                     let drivers: Vec<&str> = drivers.collect::<Result<_, String>>()?;
                     wish.preventable_by.extend(drivers);
                 }
+                _ if term == SEVERE => wish.severe = true,
                 _ => {
                     return Err(format!(
-                        "unknown term `{term}`; available: actor: manoeuvre: place: preventable-by:, such as {EXAMPLE}"
+                        "unknown term `{term}`; available: actor: manoeuvre: place: preventable-by: {SEVERE}, such as {EXAMPLE}"
                     ));
                 }
             }
@@ -195,6 +204,9 @@ impl FromStr for Wish {
         }
     }
 }
+
+/// The term that asks for the hardest contact.
+const SEVERE: &str = "severe";
 
 /// Terms that show how they are written.
 const EXAMPLE: &str = "actor:car,truck manoeuvre:cut-in place:left-lane";
@@ -330,6 +342,7 @@ mod tests {
             ),
             ("place:ahead place:hidden", "place:ahead place:hidden"),
             ("actor:priority_vehicle", "actor:priorityVehicle"),
+            ("severe place:ahead", "place:ahead severe"),
         ] {
             let wish: Wish = text.parse().unwrap();
             assert_eq!(wish.to_string(), written);
@@ -355,6 +368,7 @@ mod tests {
                 "unknown term `a`; available: actor: manoeuvre: place:",
             ),
             ("who:car", "unknown term `who:car`"),
+            ("severe:very", "unknown term `severe:very`"),
             ("actor:car,giraffe", "unknown value `giraffe` of `actor:`"),
             ("actor:car, manoeuvre:drift", "unknown value `` of `actor:`"),
             ("manoeuvre:cutin2", "did you mean `cut-in`?"),

@@ -1,28 +1,11 @@
 //! What ends a drive: the edge of the road, the goal, or contact, with whom and which side of the body.
 
-use strum::{IntoStaticStr, VariantArray};
-
-use nearmiss_base::geometry::{Placed, Point, Pose, Sweep, Vector};
+use nearmiss_base::geometry::{Placed, Pose, Sweep};
+use nearmiss_scene::metrics::{ContactSide, DEEP, sides};
 use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Scenario, driven_way};
 
 use super::{Driver, Outcome};
 use crate::planner::VehicleState;
-
-/// A side of a body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "lowercase")]
-pub enum ContactSide {
-    /// Front.
-    Front,
-    /// Rear.
-    Rear,
-    /// Left side.
-    Left,
-    /// Right side.
-    Right,
-}
-
-nearmiss_record::named!(ContactSide);
 
 /// The first contact of the ego.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,7 +94,7 @@ impl Collision {
             return at_step.map(|collision| (1.0, collision));
         };
         let deep = (share + DEEP).min(1.0);
-        let (ego, other) = sides(&own.at(deep), &way.at(deep));
+        let [ego, other] = sides(&own.at(deep), &way.at(deep));
         let collision = Self {
             with: obstacle.id,
             step,
@@ -131,7 +114,7 @@ impl Collision {
         if apart > far || ego.distance(&other) > 0.0 {
             return None;
         }
-        let (own, others) = sides(ego, &other);
+        let [own, others] = sides(ego, &other);
         Some(Self {
             with: obstacle.id,
             step,
@@ -142,9 +125,6 @@ impl Collision {
         })
     }
 }
-
-/// Sides are told this share of a step after the first touch, where bodies are in each other by a little.
-const DEEP: f64 = 1e-4;
 
 fn solid(scenario: &Scenario, without: Option<i64>) -> impl Iterator<Item = &Obstacle> {
     let others = scenario.obstacles.iter();
@@ -157,67 +137,6 @@ fn solid(scenario: &Scenario, without: Option<i64>) -> impl Iterator<Item = &Obs
 fn way_to(obstacle: &Obstacle, step: i64, dt: f64) -> Option<Sweep<'_>> {
     let before = obstacle.placed_at(step.checked_sub(1)?)?;
     driven_way(before, obstacle.placed_at(step)?, dt)
-}
-
-/// The sides with which two bodies touch.
-pub(crate) fn sides(a: &Placed<'_>, b: &Placed<'_>) -> (ContactSide, ContactSide) {
-    let middle = middle(a, b);
-    (face(a, &middle), face(b, &middle))
-}
-
-/// The middle of what two bodies share: of the corners of either that are in the other, and of where their outlines
-/// cross; the point between them where they only just touch.
-fn middle(a: &Placed<'_>, b: &Placed<'_>) -> Point {
-    let edges = |body: &Placed<'_>| -> Vec<(Point, Point)> {
-        let rings = body.outlines();
-        let ring = |ring: &Vec<Point>| -> Vec<(Point, Point)> {
-            let ends = ring.iter().cycle().skip(1);
-            ring.iter().copied().zip(ends.copied()).collect()
-        };
-        rings.iter().flat_map(ring).collect()
-    };
-    let (of_a, of_b) = (edges(a), edges(b));
-    let inside = |edges: &[(Point, Point)], other: &Placed<'_>| -> Vec<Point> {
-        let corners = edges.iter().map(|(from, _)| *from);
-        corners.filter(|p| other.holds(p)).collect()
-    };
-    let mut shared = [inside(&of_a, b), inside(&of_b, a)].concat();
-    for one in &of_a {
-        shared.extend(of_b.iter().filter_map(|other| crossing(*one, *other)));
-    }
-    if shared.is_empty() {
-        return nalgebra::center(&a.pose.position, &b.pose.position);
-    }
-    let sum = shared.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
-    Point::from(sum / shared.len() as f64)
-}
-
-/// Where two stretches of line cross; `None` for parallel ones.
-fn crossing((a, b): (Point, Point), (c, d): (Point, Point)) -> Option<Point> {
-    let (along, other, between) = (b - a, d - c, c - a);
-    let cross = along.perp(&other);
-    if cross == 0.0 {
-        return None;
-    }
-    let (t, u) = (between.perp(&other) / cross, between.perp(&along) / cross);
-    let within = (0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u);
-    within.then(|| a + along * t)
-}
-
-/// The side of a body that is nearest to a point on or in it.
-fn face(body: &Placed<'_>, at: &Point) -> ContactSide {
-    let local = body.pose.to_local(at);
-    let (length, width) = body.footprint.shape().size();
-    let (x, y) = (local.x * 2.0 / length, local.y * 2.0 / width);
-    // Depth below each side, metres: the least one is that side.
-    let sides = [
-        ((1.0 - x) * length, ContactSide::Front),
-        ((1.0 + x) * length, ContactSide::Rear),
-        ((1.0 - y) * width, ContactSide::Left),
-        ((1.0 + y) * width, ContactSide::Right),
-    ];
-    let nearest = sides.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map_or(ContactSide::Front, |(_, face)| face)
 }
 
 /// What ends a drive, state by state.

@@ -11,13 +11,13 @@ mod rollout;
 mod traffic;
 
 pub use closed_loop::{Control, DriveSpan, Driver, MOST_DRIVEN, MotionFault};
-pub(crate) use collision::sides;
-pub use collision::{Collision, ContactSide, EndOfDriveCheck};
+pub use collision::{Collision, EndOfDriveCheck};
 pub use external::{
     Answering, Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,
     PlannerError, PlannerFault, PlannerFunction, ReferencePoint, planner_message_names,
     planner_message_schema,
 };
+pub use nearmiss_scene::metrics::ContactSide;
 pub use policy::Policy;
 pub use rollout::{
     BeyondVehicle, CollisionKind, Cycle, DriveError, Outcome, ResumableRollout, Rollout, Settings,

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use nearmiss_base::geometry::Pose;
 use nearmiss_formats::commonroad::{ProblemSolution, Solution, SolutionError};
-use nearmiss_scene::metrics::{Series, measure};
+use nearmiss_scene::metrics::{Contact, Impact, Series, measure};
 use nearmiss_scene::scenario::{
     Diagnostic, Ego, EgoSource, Header, Motion, PlanningProblem, Sample, Scenario, Scene, Severity,
     StateField, Track, VehicleModel, VehicleType,
@@ -430,6 +430,23 @@ impl Rollout {
         };
         let ids = scene.scenario.obstacles.iter().map(|o| o.id);
         ids.filter(near).collect()
+    }
+
+    /// How hard the contact is that ends it.
+    #[must_use]
+    pub fn impact(
+        &self,
+        scenario: &Arc<Scenario>,
+        problem: &PlanningProblem,
+        settings: &Settings,
+    ) -> Option<Impact> {
+        let Outcome::Collision(collision) = self.outcome else {
+            return None;
+        };
+        let scene = self.scene(scenario, problem, settings);
+        let mut others = scene.participants();
+        let other = others.find(|other| other.obstacle.id == collision.with)?;
+        Some(Contact::in_drive(&scene, &other, collision.step)?.impact)
     }
 
     /// Which rules of the road applied, and which were broken. They are not judged where a step ends that the vehicle

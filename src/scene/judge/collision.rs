@@ -189,7 +189,7 @@ fn line(scene: &Scene, h: &History<'_>) -> String {
             risk(h.risk),
             // The velocities above are those of the step.
             contact.time,
-            contact.closing_speed
+            contact.impact.closing_speed
         ),
         None => format!(
             "{who}: nearest at {}: {before}. Worst risk score {}.",

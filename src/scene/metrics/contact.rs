@@ -1,4 +1,4 @@
-//! Contacts of the ego: when its body and another's touch, at a step or between two, how fast, and where.
+//! Contacts of the ego: when its body and another's touch, at a step or between two, and where.
 //!
 //! Between two steps positions go evenly along straight lines and headings evenly the shorter way round: see
 //! [`nearmiss_base::geometry::Sweep`]. What is touched only between two steps is touched all the same, unless it overlaps by no
@@ -7,19 +7,16 @@
 //! passes the other from one side to the opposite one passes through it at any speed: there only what is uncertain across
 //! that direction counts, against how far they overlap across it.
 //!
-//! Closing speed at contact: how fast one body moves relative to the other when they first touch.
-//!
-//! The length of the difference of both velocities at the first contact of the recording, at a step or between two, as
-//! recorded; between two steps velocities change evenly. It measures how severe a collision is: with the masses it gives
-//! the change of velocity delta-v of each. One value for the pair, the same at every step. Source: Shelby, Delta-V as a
-//! measure of traffic conflict severity, 2011; Laureshyn et al., In search of the severity dimension of traffic events,
-//! 2017.
+//! How hard they touch: [`super::impact`]. Velocities are those recorded; between two steps they change evenly.
+
+use std::f64::consts::FRAC_PI_2;
 
 use nearmiss_base::geometry::{Placed, Point, Pose, Sweep, Vector, angle_between};
 
+use super::Context;
 use super::context::BodyAtStep;
-use super::{Compute, Context, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
-use crate::scenario::{Motion, Participant, Scene, driven_way};
+use super::impact::{DEEP, Impact, Striking};
+use crate::scenario::{Motion, ObstacleType, Participant, Scene, driven_way};
 
 /// The ego's body touches another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,8 +31,8 @@ pub struct Contact {
     pub overlaps: bool,
     /// Whether what is touched is a region that the obstacle may be in, of an occupancy set, and not its body.
     pub is_possible: bool,
-    /// The speed of one relative to the other at that moment, m/s, from the recorded velocities.
-    pub closing_speed: f64,
+    /// How hard they touch.
+    pub impact: Impact,
     /// The ego at that moment.
     pub ego: Pose,
     /// The other at that moment.
@@ -58,13 +55,19 @@ impl Contact {
     pub fn at(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<Self> {
         let there = |step| bodies(scene, other, step);
         let here = there(step)?;
-        let steps = Steps {
-            is_possible: other.obstacle.is_occupancy_at(step),
-            obstacle: other.obstacle.id,
-            step,
-            dt: scene.scenario.dt(),
-        };
+        let steps = Steps::of(scene, other, step);
         steps.contact(&there, step.checked_sub(1).and_then(there), here)
+    }
+
+    /// The same in a simulated drive, whose bodies move between its steps as they are joined.
+    #[must_use]
+    pub fn in_drive(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<Self> {
+        let there = |step| bodies(scene, other, step);
+        let steps = Steps {
+            is_simulated: true,
+            ..Steps::of(scene, other, step)
+        };
+        steps.contact(&there, step.checked_sub(1).and_then(there), there(step)?)
     }
 
     /// How far the bodies would overlap at most between a step and those before and after it, metres, where that is no
@@ -103,7 +106,7 @@ impl Contact {
     /// # let ego = entry.recorded_ego(&scenario)?.expect("recorded beside it");
     /// # let scene = Scene::new(scenario, ego);
     /// for contact in scene.participants().filter_map(|other| Contact::first(&scene, &other)) {
-    ///     println!("{} at {:.2} s with {:.1} m/s", contact.obstacle, contact.time, contact.closing_speed);
+    ///     println!("{} at {:.2} s with {:.1} m/s", contact.obstacle, contact.time, contact.impact.closing_speed);
     /// }
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -149,8 +152,12 @@ fn placed<'a>((motion, body): BodyAtStep<'a>) -> Placed<'a> {
 /// Two neighbouring steps of the ego and another.
 struct Steps {
     obstacle: i64,
+    /// What both are.
+    kinds: [ObstacleType; 2],
     /// Whether the obstacle is a region of an occupancy set at the later one.
     is_possible: bool,
+    /// Whether nothing is uncertain between them.
+    is_simulated: bool,
     /// The later one.
     step: i64,
     /// Seconds between them.
@@ -167,6 +174,17 @@ const UNCERTAIN: f64 = std::f64::consts::PI * std::f64::consts::PI / 32.0;
 const OVERLAP_SAMPLES: usize = 32;
 
 impl Steps {
+    fn of(scene: &Scene, other: &Participant<'_>, step: i64) -> Self {
+        Self {
+            obstacle: other.obstacle.id,
+            kinds: [scene.ego_kind(), other.obstacle.kind],
+            is_possible: other.obstacle.is_occupancy_at(step),
+            is_simulated: false,
+            step,
+            dt: scene.scenario.dt(),
+        }
+    }
+
     /// How far the place of the bodies between the two steps is uncertain where they touch, metres: in every direction, or
     /// along an axis.
     fn uncertainty(&self, there: &StateAtStep<'_>, axis: Option<Vector>) -> f64 {
@@ -216,7 +234,7 @@ impl Steps {
         let touch = before.and_then(|before| {
             let ways = ways(before, here, self.dt)?;
             let share = ways[0].first_touch(&ways[1]).filter(|share| *share > 0.0)?;
-            let certain = overlaps || {
+            let certain = overlaps || self.is_simulated || {
                 let deepest = deepest_overlap(&ways, share);
                 let is_at = |share| [ways[0].at(share), ways[1].at(share)];
                 deepest > self.uncertainty(there, None)
@@ -242,13 +260,31 @@ impl Steps {
             let (was, is): (&Motion, &Motion) = (before[which].0, here[which].0);
             was.pose.towards(&is.pose, share)
         };
+        let deep = (share + DEEP).min(1.0);
+        let striking = |which: usize| {
+            let body = if deep < 0.5 {
+                before[which].1
+            } else {
+                here[which].1
+            };
+            let (was, is) = (before[which].0.pose, here[which].0.pose);
+            let turn = angle_between(was.heading, is.heading);
+            // A larger turn within a step is a flip of the heading.
+            let turned = if turn.abs() > FRAC_PI_2 { 0.0 } else { turn };
+            Striking {
+                body: body.at(was.towards(&is, deep)),
+                velocity: velocity(which),
+                turning: turned / self.dt,
+                kind: self.kinds[which],
+            }
+        };
         Some(Contact {
             obstacle: self.obstacle,
             step: self.step,
             time: (self.step as f64 - (1.0 - share)) * self.dt,
             overlaps,
             is_possible: self.is_possible,
-            closing_speed: (velocity(1) - velocity(0)).norm(),
+            impact: Impact::between(&[striking(0), striking(1)]),
             ego: pose(0),
             other: pose(1),
         })
@@ -298,7 +334,7 @@ impl Context<'_> {
     #[must_use]
     pub fn contacts(&self, participant: usize) -> &[Contact] {
         self.pair(participant).contacts.get_or_init(|| {
-            let other = self.participants()[participant].obstacle;
+            let other = &self.participants()[participant];
             let there = |step: i64| {
                 let index = self.index(step)?;
                 Some([self.ego[index]?, self.other(participant, index)?])
@@ -307,14 +343,7 @@ impl Context<'_> {
             let contact = |index: usize| {
                 let here = there(self.step(index));
                 let before = std::mem::replace(&mut before, here);
-                let step = self.step(index);
-                let steps = Steps {
-                    obstacle: other.id,
-                    is_possible: other.is_occupancy_at(step),
-                    step,
-                    dt: self.dt(),
-                };
-                steps.contact(&there, before, here?)
+                Steps::of(self.scene, other, self.step(index)).contact(&there, before, here?)
             };
             (0..self.length()).filter_map(contact).collect()
         })
@@ -326,23 +355,4 @@ impl Context<'_> {
         let found = all.binary_search_by_key(&self.step(index), |contact| contact.step);
         found.ok().map(|place| &all[place])
     }
-}
-
-pub(super) const CONTACT_SPEED: Measure = Measure {
-    id: "contact_speed",
-    name: "closing speed at contact",
-    unit: "m/s",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "relative speed at the first recorded contact (Shelby 2011)",
-    compute: Compute::Code(contact_speed),
-};
-
-fn contact_speed(encounter: &Encounter<'_>) -> Reading {
-    let speed = encounter.ask(|context, other, _| {
-        let first = context.contacts(other).first();
-        first.map(|c| c.closing_speed).ok_or(NoValue::NeverTouched)
-    });
-    speed.into()
 }

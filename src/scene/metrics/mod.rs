@@ -7,6 +7,8 @@
 mod along;
 mod contact;
 mod context;
+mod impact;
+mod injury;
 pub mod limits;
 mod measure;
 mod own;
@@ -24,6 +26,7 @@ mod thresholds;
 pub use along::{LaneBody, LaneSet, Road};
 pub use contact::Contact;
 pub use context::{Context, Encounter};
+pub use impact::{ContactSide, DEEP, Impact, ImpactRecord, sides};
 pub use limits::{LIMITS, Limit};
 use measure::Compute;
 pub use measure::{Danger, Measure, Mirrored};
@@ -60,7 +63,12 @@ pub const MEASURES: &[Measure] = &[
     conflict::CLOSEST_DISTANCE,
     conflict::TIME_TO_CLOSEST,
     conflict::FIRST_OVERLAP,
-    contact::CONTACT_SPEED,
+    impact::CONTACT_SPEED,
+    impact::DELTA_V,
+    impact::DELTA_V_OTHER,
+    impact::P_SERIOUS,
+    impact::IMPACT_ANGLE,
+    impact::IMPACT_OVERLAP,
     plane::WORST_CASE_TTC,
     following::HEADWAY,
     following::TIME_GAP,

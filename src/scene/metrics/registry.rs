@@ -124,6 +124,12 @@ pub enum NoValue {
     NoRecordedOverlap,
     /// The recorded bodies never touch, at no step and between none.
     NeverTouched,
+    /// The kind of one of the two says nothing of its mass.
+    NoMass,
+    /// No curve of injuries is published for the people at most risk in such a contact.
+    NoCurve,
+    /// The contact is harder than the curve of injuries tells.
+    BeyondCurve,
     /// A start at an earlier step avoids the recorded overlap, none from this step on does.
     TooLate,
     /// No start at any step of the recording avoids the recorded overlap.
@@ -158,6 +164,9 @@ impl NoValue {
             Self::NotReached => "not reached in the recording",
             Self::NoRecordedOverlap => "no recorded overlap to come",
             Self::NeverTouched => "no recorded contact",
+            Self::NoMass => "no mass for this kind of obstacle",
+            Self::NoCurve => "no published injury curve for this contact",
+            Self::BeyondCurve => "beyond the range of the injury curve",
             Self::TooLate => "too late",
             Self::NeverAvoided => "avoids it at no recorded step",
             Self::NoConflictArea => "no conflict area",

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use nearmiss_base::geometry::{Footprint, Placed};
 
 use super::{
-    Diagnostic, Motion, Obstacle, ObstacleParts, ObstacleRole, Position, Prediction, Quantity,
-    Sample, Scenario, State, Steps, Track,
+    Diagnostic, Motion, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction,
+    Quantity, Sample, Scenario, State, Steps, Track, VehicleType,
 };
 
 /// The vehicle whose safety is in question.
@@ -185,6 +185,28 @@ impl Scene {
             self.ego_footprint_at(step)
                 .at(self.ego.track.at(step)?.pose),
         )
+    }
+
+    /// What the ego is; a car where nothing says otherwise.
+    #[must_use]
+    pub fn ego_kind(&self) -> ObstacleType {
+        let recorded = self.scenario.recorded_ego.as_ref().map(|own| &own.obstacle);
+        let known = match &self.ego.source {
+            EgoSource::Obstacle(id) => self.scenario.obstacle(*id),
+            EgoSource::Recording(_) => recorded.filter(|own| own.id == self.ego.id),
+            EgoSource::Solution { vehicle, .. } | EgoSource::Planned { vehicle, .. } => {
+                let truck = VehicleType::Truck;
+                let is_truck = vehicle.ends_with(&truck.number().to_string())
+                    || vehicle.as_str() == truck.name();
+                return if is_truck {
+                    ObstacleType::Truck
+                } else {
+                    ObstacleType::Car
+                };
+            }
+            EgoSource::Log(_) => None,
+        };
+        known.map_or(ObstacleType::Car, |obstacle| obstacle.kind)
     }
 
     /// The region the ego covers at a step, in its own frame.

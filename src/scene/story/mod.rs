@@ -490,7 +490,7 @@ impl<'c, 's> Telling<'c, 's> {
         let short = short.filter(|(since, _)| is_while(self.time(*since), touched));
         let contact = Fact::Contact {
             time: touched,
-            closing_speed: contact.closing_speed,
+            closing_speed: contact.impact.closing_speed,
             by_places: self.closing_by_places(contact.step),
             is_possible: contact.is_possible,
         };

@@ -6,6 +6,7 @@ use nearmiss_drive::planner::{Cancel, Emergency};
 use nearmiss_drive::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
 use nearmiss_formats::Entry;
 use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::Impact;
 use nearmiss_scene::scenario::{Scenario, Scene};
 use nearmiss_scene::traffic_rules::RuleReport;
 
@@ -29,6 +30,8 @@ pub struct DrivenScenario {
     pub drive: Rollout,
     /// What a judge beside the planner said.
     pub monitor: Option<MonitorReport>,
+    /// How hard the contact is that ended it.
+    pub impact: Option<Impact>,
     /// Obstacles that came near without contact; counted where a planner was named.
     pub near_misses: Option<usize>,
     /// What became of the rules of the road.
@@ -87,6 +90,7 @@ pub fn drive(
             name: visible(&entry.name).into_owned(),
             file: entry.display(),
             problem: problem.id,
+            impact: drive.impact(&scenario, problem, &settings),
             near_misses: planner.map(|_| drive.near_misses(&scenario, problem, &settings).len()),
             rules: match prepared.recorded_ego().filter(|_| is_recorded) {
                 Some(scene) => RuleReport::from_scene(scene),
@@ -117,6 +121,15 @@ impl DrivenScenario {
         match self.outcome() {
             Outcome::Collision(collision) => Some(collision),
             _ => None,
+        }
+    }
+
+    /// The risk that the drive injures somebody seriously: none without contact; nothing where no published curve tells it.
+    #[must_use]
+    pub fn p_serious(&self) -> Option<f64> {
+        match self.collision() {
+            Some(_) => self.impact?.p_serious.ok(),
+            None => Some(0.0),
         }
     }
 

@@ -4,6 +4,7 @@ use nearmiss_base::system::counted;
 use nearmiss_drive::planner::Emergency;
 use nearmiss_drive::simulation::{BeyondVehicle, ExternalReport, Outcome, PlannerFault};
 use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::ImpactRecord;
 use nearmiss_scene::traffic_rules::Rule;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,8 @@ pub struct DriveRecord {
     pub ego_side: Option<String>,
     /// Side of the other body that is hit.
     pub other_side: Option<String>,
+    /// How hard the collision is.
+    pub impact: Option<ImpactRecord>,
     /// An obstacle drove into the ego's rear: unaware (it followed its recording) or reacting.
     pub hit_from_behind: Option<String>,
     /// Steps driven.
@@ -212,6 +215,7 @@ impl DriveRecord {
             collision_kind: collision.map(|c| c.kind().name().into()),
             ego_side: collision.map(|c| c.ego.name().into()),
             other_side: collision.map(|c| c.other.name().into()),
+            impact: driven.impact.as_ref().map(Into::into),
             hit_from_behind: driven.drive.hit_from_behind().map(|hit| hit.name().into()),
             steps: driven.steps(),
             cycles: driven.drive.cycles.len(),

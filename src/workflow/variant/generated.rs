@@ -13,6 +13,7 @@ use nearmiss_drive::simulation::{Collision, CollisionKind};
 use nearmiss_formats::Entry;
 use nearmiss_formats::commonroad::{self, WriteError};
 use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::ImpactRecord;
 use nearmiss_scene::scenario::identity::other_traffic;
 use nearmiss_scene::scenario::{ContentHash, Scenario, Scene};
 use nearmiss_study::evaluation::generating::{Authored, AuthoredRecord};
@@ -205,6 +206,11 @@ impl Generated {
         let effect = made.chosen.as_ref().and_then(|c| c.attack.effect.as_ref());
         if let Some(effect) = effect {
             notes.extend(uncounted(effect));
+            let impact = effect
+                .impact
+                .as_ref()
+                .filter(|_| uncounted(effect).is_none());
+            notes.extend(impact.map(|impact| ImpactRecord::from(impact).to_string()));
             // Of a planner that is a process: ours plans only what the vehicle can do.
             if effect.drive.external.is_some()
                 && let Some(beyond) = effect.drive.beyond_vehicle()

@@ -11,6 +11,7 @@ use nearmiss_drive::generation::{
 };
 use nearmiss_drive::simulation::CollisionKind;
 use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::ImpactRecord;
 use nearmiss_study::evaluation::generating::AuthoredRecord;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -70,6 +71,8 @@ pub struct VariantLine {
     pub ego_side: Option<String>,
     /// Side of the other body that is hit.
     pub other_side: Option<String>,
+    /// How hard the collision is.
+    pub impact: Option<ImpactRecord>,
     /// Step before a contact that is only between two steps.
     pub touched_after_step: Option<i64>,
     /// Whether an ideal driver avoids it, by reaction time in seconds.
@@ -297,6 +300,7 @@ impl VariantLine {
             collision_kind: contact.map(|c| c.kind().name().into()),
             ego_side: contact.map(|c| c.ego.name().into()),
             other_side: contact.map(|c| c.other.name().into()),
+            impact: { effect.and_then(|e| e.impact.as_ref()) }.map(Into::into),
             touched_after_step: effect.and_then(Effect::touched_after_step),
             avoidable: { chosen.filter(|c| c.avoidability.is_looked_for()) }
                 .map(|c| avoidable(&c.avoidability)),

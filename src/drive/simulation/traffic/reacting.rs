@@ -7,13 +7,13 @@
 //! term is that of the Improved IDM (Treiber and Kesting, Traffic Flow Dynamics, 2013, section 11.3.7).
 
 use nearmiss_base::geometry::{Footprint, Placed, angle_between};
+use nearmiss_scene::metrics::sides;
 use nearmiss_scene::scenario::prediction::{Model, ObservedHistory, Path, Predictor};
 use nearmiss_scene::scenario::{HumanLimits, Motion, Obstacle, ObstacleRole, ObstacleType};
 
 use super::Reactive;
 use super::course::{Ahead, Course, Desired, Expected, Leader, Neighbour};
 use crate::simulation::ContactSide;
-use crate::simulation::collision::sides;
 
 /// An obstacle that reacts.
 #[derive(Debug, Clone)]
@@ -339,7 +339,7 @@ pub fn touch(a: &Placed<'_>, b: &Placed<'_>) -> bool {
 fn is_the_cause(own: &Placed<'_>, other: &Placed<'_>) -> bool {
     let ahead = own.pose.to_local(&other.pose.position).x > 0.0;
     let same = angle_between(own.pose.heading, other.pose.heading).abs() < SAME_WAY;
-    match sides(own, other).0 {
+    match sides(own, other)[0] {
         ContactSide::Front => ahead,
         ContactSide::Left | ContactSide::Right => ahead && same,
         ContactSide::Rear => false,

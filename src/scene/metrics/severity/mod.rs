@@ -4,7 +4,7 @@
 //! A moment is graded by what happened, then by what would have happened, and only then by how near it was. From the
 //! most severe grade to the least:
 //!
-//! 0. **contact**: the bodies touch; the harder first, by closing speed (Shelby 2011).
+//! 0. **contact**: the bodies touch; the more likely a serious injury the first ([`super::injury`]).
 //! 1. **conflict**: a course that ends in contact within 3 s unless one reacts and then brakes with 3.4 m/s² or more (both
 //!    limits: surrogate safety measures device of SUMO); the harder braking first.
 //! 2. **near miss**: one crosses the other's path or cuts in within 1 s or 1 m; the closer first.
@@ -134,14 +134,15 @@ impl PairMoments<'_, '_> {
         };
         if let Some(contact) = encounter.contact() {
             let hazard = Hazard::Contact {
-                closing_speed: contact.closing_speed,
+                closing_speed: contact.impact.closing_speed,
+                p_serious: contact.impact.p_serious.ok(),
                 is_possible: contact.is_possible,
             };
             // Bodies that touch before regions that do, which have no speed.
             let order = if contact.is_possible {
                 contact.time
             } else {
-                -contact.closing_speed
+                -contact.impact.rank()
             };
             return Some(moment((step, Grade::Contact, order, hazard)));
         }
@@ -324,6 +325,8 @@ pub enum Hazard {
     Contact {
         /// The speed of one relative to the other, m/s.
         closing_speed: f64,
+        /// The risk of a serious injury, where a curve tells it.
+        p_serious: Option<f64>,
         /// Whether what is touched is a region that the obstacle may be in, and not its body.
         is_possible: bool,
     },
@@ -494,6 +497,13 @@ impl CriticalMoment {
                     is_possible: true, ..
                 },
             ) => return None,
+            (
+                _,
+                Hazard::Contact {
+                    p_serious: Some(risk),
+                    ..
+                },
+            ) => ("serious", 100.0 * risk, "%"),
             (_, Hazard::Contact { closing_speed, .. }) => ("hit", closing_speed, "m/s"),
             (Grade::Conflict | Grade::Course | Grade::StraightCourse, _) => {
                 ("brake", -self.order, "m/s²")
