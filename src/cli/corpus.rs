@@ -16,7 +16,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::output::{self, Target};
-use super::{Failure, Outcome, find, index, json};
+use super::{Failure, Outcome, find, index, json, rate};
 
 /// Subcommands of `corpus`.
 #[derive(Debug, clap::Subcommand)]
@@ -25,6 +25,8 @@ pub enum Corpus {
     Index(Box<index::Index>),
     /// Count the windows of an index by manoeuvre, road and severity.
     Show(index::Show),
+    /// How often egos of an index meet a manoeuvre: events per hour and per kilometre, with intervals.
+    Rate(rate::Rates),
     /// Find the windows of an index that a sentence means.
     Find(find::Find),
     /// Draw scenarios or windows from an index so that they cover it.
@@ -36,6 +38,7 @@ pub fn run(command: &Corpus) -> Outcome {
     match command {
         Corpus::Index(arguments) => index::run(arguments),
         Corpus::Show(arguments) => index::show(arguments),
+        Corpus::Rate(arguments) => rate::run(arguments),
         Corpus::Find(arguments) => find::run(arguments),
         Corpus::Sample(arguments) => sample(arguments),
     }

@@ -31,6 +31,7 @@ mod parts;
 mod plan;
 mod prompt;
 mod prompts;
+mod rate;
 mod ratings;
 mod render;
 mod report;

@@ -1,0 +1,295 @@
+//! How often the egos of a corpus meet a manoeuvre: rates of the events of an index, per hour and per kilometre.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nearmiss_formats::Entry;
+use nearmiss_record::Record;
+use nearmiss_scene::corpus::{
+    Event, EventKind, Exposure, IndexError, Parameter, Part, RoadType, ScenarioDriven, events,
+};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_scene::scenario::identity::family;
+use nearmiss_study::evaluation::statistics::{FEWEST, Interval, rate_interval};
+use schemars::JsonSchema;
+use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
+
+use super::scenario_filter::event_terms::{EventFilter, Fit};
+use super::{VariantOrigin, index_parts};
+
+/// The events of an index, and how far its egos drove.
+#[derive(Debug, Clone, Default)]
+pub struct IndexedEvents {
+    /// By scenario.
+    pub scenarios: Vec<ScenarioDriven>,
+    /// Others farther away were not looked at, metres.
+    pub radius: f64,
+}
+
+/// Reads the events of an index.
+///
+/// # Errors
+/// It cannot be read, or is one without events.
+pub fn read_events(folder: &Path) -> Result<IndexedEvents, IndexError> {
+    let mut found = IndexedEvents::default();
+    for path in index_parts(folder)? {
+        let part = Part::open(&path)?;
+        found.radius = part.radius().unwrap_or(f64::INFINITY);
+        found.scenarios.extend(part.driven()?);
+    }
+    Ok(found)
+}
+
+/// Whose events are counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
+pub enum Egos {
+    /// The one that was recorded beside each scenario, or as it.
+    Recorded,
+    /// The other motor vehicles of the scenarios, each in turn.
+    Obstacle,
+}
+
+nearmiss_record::named!(Egos, "ego_source");
+
+/// How often egos meet a manoeuvre.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Rate {
+    /// What happens: cut_in, merging, cut_out, braking; null of several.
+    #[schemars(title = "manoeuvre")]
+    pub manoeuvre: Option<EventKind>,
+    /// The terms that events fit; empty where all count.
+    pub terms: String,
+    /// Whose events: recorded, the ego beside the scenario; obstacle, its other motor vehicles.
+    #[schemars(title = "ego")]
+    pub ego_source: Egos,
+    /// Recordings: scenarios on the same map are one.
+    #[schemars(title = "recordings")]
+    pub recordings: usize,
+    /// Egos that drove.
+    #[schemars(title = "egos")]
+    pub egos: u64,
+    /// How long they drove, standing in traffic included.
+    #[schemars(title = "driven", extend("unit" = "h", "decimals" = 2))]
+    pub hours: f64,
+    /// How far.
+    #[schemars(title = "", extend("unit" = "km", "decimals" = 1))]
+    pub kilometres: f64,
+    /// Events.
+    #[schemars(title = "events")]
+    pub events: u64,
+    /// Recordings with one.
+    #[schemars(title = "in recordings")]
+    pub recordings_with: usize,
+    /// Events that lack a parameter that is compared; they do not count.
+    #[schemars(title = "unmeasured", extend("rare" = true))]
+    pub unmeasured: u64,
+    /// Events an hour; null where nothing was driven.
+    #[schemars(title = "per hour", extend("decimals" = 3))]
+    pub per_hour: Option<f64>,
+    /// Its interval of 95 %: exact for independent events, or that of the bootstrap over recordings where it is wider.
+    pub per_hour_ci: Option<Interval>,
+    /// Events a thousand kilometres; null where nothing was driven.
+    #[schemars(title = "per 1000 km", extend("decimals" = 2))]
+    pub per_1000_km: Option<f64>,
+    /// Its interval of 95 %, in the same way.
+    pub per_1000_km_ci: Option<Interval>,
+    /// Whether the intervals take events as independent: there are fewer than 10 recordings.
+    pub independent: bool,
+}
+
+impl Record for Rate {
+    const NAME: &'static str = "corpus-rate";
+    const TITLE: &'static str = "`corpus rate --format json`: how often egos meet a manoeuvre, one kind a line";
+}
+
+/// How often these egos meet what fits a filter.
+///
+/// ```
+/// use nearmiss_workflow::{Egos, EventFilter, IndexedEvents, foreseeability};
+///
+/// let near = EventFilter::read("manoeuvre:cut_in gap<12 closing>5")?;
+/// let rate = foreseeability(&IndexedEvents::default(), &near, Egos::Recorded);
+/// assert_eq!((rate.events, rate.per_hour), (0, None));
+/// # Ok::<(), String>(())
+/// ```
+#[must_use]
+pub fn foreseeability(index: &IndexedEvents, filter: &EventFilter, egos: Egos) -> Rate {
+    let mut recordings: BTreeMap<&str, (u64, Exposure)> = BTreeMap::new();
+    let (mut all, mut unmeasured) = (Exposure::default(), 0);
+    for scenario in &index.scenarios {
+        let driven = match egos {
+            Egos::Recorded => &scenario.driven.recorded,
+            Egos::Obstacle => &scenario.driven.obstacles,
+        };
+        if driven.egos == 0 {
+            continue;
+        }
+        all.add(driven);
+        let recording = recordings.entry(family(&scenario.scenario)).or_default();
+        recording.1.add(driven);
+        let own = { scenario.driven.events.iter() }
+            .filter(|event| event.recorded == (egos == Egos::Recorded));
+        for event in own {
+            match filter.fit(event) {
+                Fit::Fits => recording.0 += 1,
+                Fit::Unmeasured => unmeasured += 1,
+                Fit::FitsNot => {}
+            }
+        }
+    }
+    let mut kinds = EventKind::ALL.into_iter().filter(|kind| filter.asks_for(*kind));
+    let kind = kinds.next().filter(|_| kinds.next().is_none());
+    let events: u64 = recordings.values().map(|(events, _)| events).sum();
+    let (hours, kilometres) = (all.seconds / 3600.0, all.metres / 1000.0);
+    let over = |whole: f64, of: &dyn Fn(&Exposure) -> f64| {
+        let each = recordings.values().map(|(events, driven)| (*events, of(driven)));
+        let interval = rate_interval(&each.collect::<Vec<_>>());
+        (interval.map(|_| events as f64 / whole), interval)
+    };
+    let (per_hour, per_hour_ci) = over(hours, &|driven| driven.seconds / 3600.0);
+    let (per_1000_km, per_1000_km_ci) = over(kilometres / 1000.0, &|driven| driven.metres / 1e6);
+    Rate {
+        manoeuvre: kind,
+        terms: filter.words(),
+        ego_source: egos,
+        recordings: recordings.len(),
+        egos: all.egos,
+        hours,
+        kilometres,
+        events,
+        recordings_with: recordings.values().filter(|(events, _)| *events > 0).count(),
+        unmeasured,
+        per_hour,
+        per_hour_ci,
+        per_1000_km,
+        per_1000_km_ci,
+        independent: recordings.len() < FEWEST as usize,
+    }
+}
+
+/// The rates of each kind of event that a filter asks for, of recorded egos and of obstacles, as far as there are any.
+#[must_use]
+pub fn rates(index: &IndexedEvents, filter: &EventFilter) -> Vec<Rate> {
+    let kinds = EventKind::ALL.into_iter().filter(|kind| filter.asks_for(*kind));
+    let each = kinds.flat_map(|kind| {
+        let filter = EventFilter::of_kind(kind).and(filter);
+        Egos::ALL.map(|egos| Rate {
+            manoeuvre: Some(kind),
+            ..foreseeability(index, &filter, egos)
+        })
+    });
+    each.filter(|rate| rate.egos > 0).collect()
+}
+
+/// An event of an index.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct EventLine {
+    /// The scenario's name.
+    pub scenario: String,
+    /// Path as it was found.
+    #[schemars(title = "file")]
+    pub file: String,
+    /// Whose event: recorded, the ego beside the scenario; obstacle, another motor vehicle.
+    pub ego_source: Egos,
+    /// Id of the ego.
+    #[schemars(title = "ego")]
+    pub ego_id: i64,
+    /// Id of the other.
+    #[schemars(title = "obstacle")]
+    pub obstacle: i64,
+    /// Its type.
+    #[schemars(title = "type")]
+    pub obstacle_type: &'static str,
+    /// What happens: cut_in, merging, cut_out, braking.
+    #[schemars(title = "manoeuvre")]
+    pub manoeuvre: EventKind,
+    /// Road under the ego.
+    #[schemars(title = "road")]
+    pub road: RoadType,
+    /// First step: of the parameters.
+    #[schemars(title = "step")]
+    pub first_step: i64,
+    /// Last step.
+    pub last_step: i64,
+    /// From the ego's front to the other's rear along the way; of a cut-out, to what it uncovers.
+    #[schemars(title = "gap", extend("unit" = "m", "decimals" = 1))]
+    pub gap: Option<f64>,
+    /// The ego's speed minus that of the same.
+    #[schemars(title = "closing", extend("unit" = "m/s", "decimals" = 1))]
+    pub closing: Option<f64>,
+    /// Mean speed of the other across the way.
+    #[schemars(title = "lateral", extend("unit" = "m/s", "decimals" = 2))]
+    pub lateral_speed: Option<f64>,
+    /// Strongest deceleration of the other.
+    #[schemars(title = "deceleration", extend("unit" = "m/s²", "decimals" = 1))]
+    pub deceleration: Option<f64>,
+    /// Its mean deceleration.
+    #[schemars(title = "mean", extend("unit" = "m/s²", "decimals" = 1))]
+    pub mean_deceleration: Option<f64>,
+    /// The ego's speed.
+    #[schemars(title = "ego speed", extend("unit" = "m/s", "decimals" = 1))]
+    pub ego_speed: Option<f64>,
+}
+
+impl Record for EventLine {
+    const NAME: &'static str = "corpus-event";
+    const TITLE: &'static str = "`corpus rate --events --format json`: an event a line";
+}
+
+/// The events of an index that fit a filter.
+#[must_use]
+pub fn events_that_fit(index: &IndexedEvents, filter: &EventFilter) -> Vec<EventLine> {
+    let all = index.scenarios.iter();
+    let all = all.flat_map(|one| one.driven.events.iter().map(move |event| (one, event)));
+    let fitting = all.filter(|(_, event)| filter.fit(event) == Fit::Fits);
+    let line = |(of, event): (&ScenarioDriven, &Event)| EventLine {
+        scenario: of.scenario.clone(),
+        file: of.file.clone(),
+        ego_source: if event.recorded {
+            Egos::Recorded
+        } else {
+            Egos::Obstacle
+        },
+        ego_id: event.ego,
+        obstacle: event.obstacle,
+        obstacle_type: event.actor.name(),
+        manoeuvre: event.kind,
+        road: event.road,
+        first_step: event.steps.0,
+        last_step: event.steps.1,
+        gap: event.value(Parameter::Gap),
+        closing: event.value(Parameter::Closing),
+        lateral_speed: event.value(Parameter::LateralSpeed),
+        deceleration: event.value(Parameter::Deceleration),
+        mean_deceleration: event.value(Parameter::MeanDeceleration),
+        ego_speed: event.value(Parameter::EgoSpeed),
+    };
+    fitting.map(line).collect()
+}
+
+/// What the attackers of a variant do to its ego, from their attack on; of a scenario that is none, what anyone does.
+///
+/// # Errors
+/// The scenario or its ego cannot be read, it has no ego, or nobody ahead cuts in or out or brakes.
+pub fn attack_events(entry: &Entry, radius: f64) -> Result<Vec<Event>, String> {
+    let scenario = entry.read().map_err(|why| why.to_string())?;
+    let ego = entry.recorded_ego(&scenario).map_err(|why| why.to_string())?;
+    let ego = ego.ok_or_else(|| format!("{}: no ego drives beside it", entry.display()))?;
+    let mut found = events(&Scene::new(scenario, ego), radius);
+    if let Some(origin) = VariantOrigin::read(entry) {
+        let attackers = &origin.manifest.attackers;
+        found.retain(|event| {
+            let is_by = |id, from| event.obstacle == id && event.steps.1 >= from;
+            attackers.iter().any(|attacker| is_by(attacker.id, attacker.from_step))
+        });
+    }
+    if found.is_empty() {
+        return Err(format!(
+            "{}: nobody ahead of the ego cuts in or out or brakes: no rate to look for",
+            entry.display()
+        ));
+    }
+    Ok(found)
+}
