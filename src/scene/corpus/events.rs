@@ -7,7 +7,8 @@
 //! | braking | the one ahead begins to brake | it ends to | gap, closing, mean and strongest deceleration, ego speed |
 //!
 //! Whose lane is whose is what [`Manoeuvre`] says of windows, over one second; a braking is that of stories. The other is the next
-//! one ahead: who changes lanes farther ahead does nothing to this ego. Gaps are along the ego's way, from its front to the other's
+//! one ahead: who changes lanes farther ahead does nothing to this ego. It drives along the ego's way: who is turned by more than
+//! 25° from it turns in or off, and changes no lanes. Gaps are along the ego's way, from its front to the other's
 //! rear, of the exact bodies; below 0 the two are beside each other.
 //!
 //! The parameters are those of the cut-in, cut-out and deceleration scenarios of ISO 34502:2022 and of the models in UN Regulation
@@ -17,11 +18,10 @@
 use std::cell::OnceCell;
 use std::rc::Rc;
 
-use nearmiss_base::geometry::angle_between;
 use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
-use super::manoeuvre::{HALF_LANE, Manoeuvre, RoadType, SAME_WAY, in_line, is_inside};
+use super::manoeuvre::{HALF_LANE, Manoeuvre, RoadType, TURN, in_line, is_inside};
 use super::windows::{EgoWindows, STANDING, WindowEgo};
 use crate::scenario::{ObstacleRole, ObstacleType};
 use crate::story::{Braking, brakings};
@@ -300,18 +300,31 @@ impl EgoWindows<'_, '_, '_> {
                 let first = self.border(place, step, -1);
                 let is_new = first >= free_in;
                 free_in = step + before;
-                if is_new {
+                if is_new && self.goes_along(place, [first, step]) {
                     let event = self.event(kind, place, Some(place), (first, step));
                     found.push(self.with_lateral_speed(event, place, (first, step)));
                 }
             } else if pair.cuts_out() && self.leader(step - before, leaders) == Some(place) {
                 let last = self.border(place, step, 1);
                 free_out = last + before;
-                let uncovered = self.leader(last, leaders);
-                let event = self.event(EventKind::CutOut, place, uncovered, (last, last));
-                found.push(self.with_lateral_speed(event, place, (step, last)));
+                if self.goes_along(place, [step, last]) {
+                    let uncovered = self.leader(last, leaders);
+                    let event = self.event(EventKind::CutOut, place, uncovered, (last, last));
+                    found.push(self.with_lateral_speed(event, place, (step, last)));
+                }
             }
         }
+    }
+
+    /// Whether the other changes lanes along the ego's way, and does not turn into it or off it.
+    fn goes_along(&self, place: usize, steps: [i64; 2]) -> bool {
+        let is_along = |step| {
+            let Some([_, other]) = self.context.along_way(place, step) else {
+                return true;
+            };
+            other.velocity.y.abs() <= TURN.tan() * other.velocity.x || other.velocity.norm() < STANDING
+        };
+        steps.into_iter().all(is_along)
     }
 
     /// The event with the other's mean speed across between two steps; at a single one, its speed across.
@@ -373,21 +386,22 @@ impl EgoWindows<'_, '_, '_> {
         ((seconds / self.scene.scenario.dt()).round() as i64).max(1)
     }
 
-    /// The next one ahead in the ego's lane that stands or drives the same way.
+    /// The next one ahead in the ego's lane and on its way that stands or drives along it: where lanes lie over each other, those
+    /// under its centre alone do not say which one it is on.
     fn leader(&self, step: i64, leaders: &[OnceCell<Leader>]) -> Leader {
         let index = usize::try_from(step - self.scene.steps().start).ok()?;
-        let ego = self.scene.ego.track.at(step)?;
         *leaders.get(index)?.get_or_init(|| {
-            let all = self.context.participants().iter().enumerate();
-            let ahead = all.filter_map(|(place, other)| {
-                let motion = other.at(step)?;
-                let turned = angle_between(ego.pose.heading, motion.pose.heading).abs();
-                let is_rolling = turned <= SAME_WAY || motion.velocity.abs() < STANDING;
-                if !is_rolling || self.inside(place, step) != Some(true) {
+            let all = 0..self.context.participants().len();
+            let ahead = all.filter_map(|place| {
+                if self.inside(place, step) != Some(true) {
                     return None;
                 }
                 let [own, theirs] = self.context.along_way(place, step)?;
-                (theirs.at.s > own.at.s).then_some((theirs.rear, place))
+                let is_on_way = theirs.right < HALF_LANE && theirs.left > -HALF_LANE;
+                let speed = theirs.velocity;
+                let is_along = speed.x > -STANDING && speed.y.abs() <= speed.x.max(STANDING);
+                let is_ahead = theirs.at.s > own.at.s;
+                (is_on_way && is_along && is_ahead).then_some((theirs.rear, place))
             });
             let next = ahead.min_by(|a, b| a.0.total_cmp(&b.0));
             next.map(|(_, place)| place)

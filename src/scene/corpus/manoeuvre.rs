@@ -57,7 +57,7 @@ pub(super) struct PairMotion<'a> {
 }
 
 /// Directions that differ by less are the same one, radians.
-pub(super) const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
+const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Directions that differ by more are opposite, radians.
 const OPPOSITE: f64 = 3.0 * std::f64::consts::FRAC_PI_4;
@@ -66,7 +66,7 @@ const OPPOSITE: f64 = 3.0 * std::f64::consts::FRAC_PI_4;
 const FACING: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
 
 /// Who changes the heading by more than this turns, radians: 25°.
-const TURN: f64 = 0.436;
+pub(super) const TURN: f64 = 0.436;
 
 /// Half of a lane's width where there are no lanes, metres.
 pub(super) const HALF_LANE: f64 = 1.75;
