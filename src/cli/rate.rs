@@ -54,14 +54,17 @@ enum RateFormat {
 /// Runs `corpus rate`.
 pub fn run(arguments: &Rates) -> Outcome {
     let filter = EventFilter::read(&arguments.terms.join(" "));
-    let filter = filter.map_err(|why| Failure::input(format!("terms: {}", output::visible(&why))))?;
+    let filter =
+        filter.map_err(|why| Failure::input(format!("terms: {}", output::visible(&why))))?;
     let index = read_events(&arguments.folder).map_err(Failure::input)?;
     let filters = match &arguments.like {
         None => vec![filter],
         Some(like) => {
             let entry = Entry::of_argument(&super::open::resolved(like)?);
             let found = attack_events(&entry, index.radius).map_err(Failure::input)?;
-            let like = found.iter().map(|event| EventFilter::like(event).and(&filter));
+            let like = found
+                .iter()
+                .map(|event| EventFilter::like(event).and(&filter));
             like.collect()
         }
     };
@@ -79,10 +82,15 @@ pub fn run(arguments: &Rates) -> Outcome {
         }
     }
     if arguments.events {
-        let found = filters.iter().flat_map(|filter| events_that_fit(&index, filter));
+        let found = filters
+            .iter()
+            .flat_map(|filter| events_that_fit(&index, filter));
         return print("events", &found.collect::<Vec<_>>(), arguments.format);
     }
-    let found: Vec<Rate> = filters.iter().flat_map(|filter| rates(&index, filter)).collect();
+    let found: Vec<Rate> = filters
+        .iter()
+        .flat_map(|filter| rates(&index, filter))
+        .collect();
     if found.is_empty() {
         return Err(Failure::input(format!(
             "{}: no motor vehicle drives in its scenarios",
@@ -129,9 +137,17 @@ fn print<R: Record + JsonSchema + Serialize>(
         }
         RateFormat::Table => {
             let table = CaptionedTable::new("", "", &columns, &cells);
-            let numbers = table.columns.iter().enumerate().filter(|(_, (_, is_number))| *is_number);
+            let numbers = table
+                .columns
+                .iter()
+                .enumerate()
+                .filter(|(_, (_, is_number))| *is_number);
             let right: Vec<usize> = numbers.map(|(place, _)| place).collect();
-            let head = table.columns.iter().map(|(title, _)| title.clone()).collect();
+            let head = table
+                .columns
+                .iter()
+                .map(|(title, _)| title.clone())
+                .collect();
             let lines: Vec<Vec<String>> = std::iter::once(head).chain(table.rows).collect();
             output::text(&output::table_lines(&lines, &right).collect::<String>())
         }
@@ -145,10 +161,13 @@ fn draw(found: &[Rate], path: &Path, overwrite: bool) -> Outcome {
     })?;
     let row = |rate: &Rate| {
         let what = rate.manoeuvre.map_or("", |kind| kind.name());
-        let point = rate.per_hour.zip(rate.per_hour_ci).map(|(rate, interval)| RatePoint {
-            rate,
-            interval: interval.into(),
-        });
+        let point = rate
+            .per_hour
+            .zip(rate.per_hour_ci)
+            .map(|(rate, interval)| RatePoint {
+                rate,
+                interval: interval.into(),
+            });
         let name = format!("{what}, {} egos", rate.ego_source.name());
         (name, point.into_iter().collect())
     };

@@ -130,7 +130,8 @@ pub fn lines<R: AsRef<[String]>>(rows: &[R], right: &[usize]) -> impl Iterator<I
         }
     };
     let aligned: Vec<Align> = (0..count).map(align).collect();
-    rows.iter().map(move |row| line("  ", &aligned, row.as_ref()))
+    rows.iter()
+        .map(move |row| line("  ", &aligned, row.as_ref()))
 }
 
 /// The columns that have a heading, line by line for people: numbers to the right, texts to the left.

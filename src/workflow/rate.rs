@@ -101,7 +101,8 @@ pub struct Rate {
 
 impl Record for Rate {
     const NAME: &'static str = "corpus-rate";
-    const TITLE: &'static str = "`corpus rate --format json`: how often egos meet a manoeuvre, one kind a line";
+    const TITLE: &'static str =
+        "`corpus rate --format json`: how often egos meet a manoeuvre, one kind a line";
 }
 
 /// How often these egos meet what fits a filter.
@@ -139,12 +140,16 @@ pub fn foreseeability(index: &IndexedEvents, filter: &EventFilter, egos: Egos) -
             }
         }
     }
-    let mut kinds = EventKind::ALL.into_iter().filter(|kind| filter.asks_for(*kind));
+    let mut kinds = EventKind::ALL
+        .into_iter()
+        .filter(|kind| filter.asks_for(*kind));
     let kind = kinds.next().filter(|_| kinds.next().is_none());
     let events: u64 = recordings.values().map(|(events, _)| events).sum();
     let (hours, kilometres) = (all.seconds / 3600.0, all.metres / 1000.0);
     let over = |whole: f64, of: &dyn Fn(&Exposure) -> f64| {
-        let each = recordings.values().map(|(events, driven)| (*events, of(driven)));
+        let each = recordings
+            .values()
+            .map(|(events, driven)| (*events, of(driven)));
         let interval = rate_interval(&each.collect::<Vec<_>>());
         (interval.map(|_| events as f64 / whole), interval)
     };
@@ -159,7 +164,10 @@ pub fn foreseeability(index: &IndexedEvents, filter: &EventFilter, egos: Egos) -
         hours,
         kilometres,
         events,
-        recordings_with: recordings.values().filter(|(events, _)| *events > 0).count(),
+        recordings_with: recordings
+            .values()
+            .filter(|(events, _)| *events > 0)
+            .count(),
         unmeasured,
         per_hour,
         per_hour_ci,
@@ -172,7 +180,9 @@ pub fn foreseeability(index: &IndexedEvents, filter: &EventFilter, egos: Egos) -
 /// The rates of each kind of event that a filter asks for, of recorded egos and of obstacles, as far as there are any.
 #[must_use]
 pub fn rates(index: &IndexedEvents, filter: &EventFilter) -> Vec<Rate> {
-    let kinds = EventKind::ALL.into_iter().filter(|kind| filter.asks_for(*kind));
+    let kinds = EventKind::ALL
+        .into_iter()
+        .filter(|kind| filter.asks_for(*kind));
     let each = kinds.flat_map(|kind| {
         let filter = EventFilter::of_kind(kind).and(filter);
         Egos::ALL.map(|egos| Rate {
@@ -275,14 +285,18 @@ pub fn events_that_fit(index: &IndexedEvents, filter: &EventFilter) -> Vec<Event
 /// The scenario or its ego cannot be read, it has no ego, or nobody ahead cuts in or out or brakes.
 pub fn attack_events(entry: &Entry, radius: f64) -> Result<Vec<Event>, String> {
     let scenario = entry.read().map_err(|why| why.to_string())?;
-    let ego = entry.recorded_ego(&scenario).map_err(|why| why.to_string())?;
+    let ego = entry
+        .recorded_ego(&scenario)
+        .map_err(|why| why.to_string())?;
     let ego = ego.ok_or_else(|| format!("{}: no ego drives beside it", entry.display()))?;
     let mut found = events(&Scene::new(scenario, ego), radius);
     if let Some(origin) = VariantOrigin::read(entry) {
         let attackers = &origin.manifest.attackers;
         found.retain(|event| {
             let is_by = |id, from| event.obstacle == id && event.steps.1 >= from;
-            attackers.iter().any(|attacker| is_by(attacker.id, attacker.from_step))
+            attackers
+                .iter()
+                .any(|attacker| is_by(attacker.id, attacker.from_step))
         });
     }
     if found.is_empty() {
@@ -292,4 +306,133 @@ pub fn attack_events(entry: &Entry, radius: f64) -> Result<Vec<Event>, String> {
         ));
     }
     Ok(found)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use nearmiss_scene::corpus::Driven;
+    use nearmiss_scene::scenario::ObstacleType;
+
+    fn event(kind: EventKind, recorded: bool, values: [Option<f64>; 6]) -> Event {
+        Event {
+            kind,
+            recorded,
+            ego: 1,
+            obstacle: 2,
+            actor: ObstacleType::Truck,
+            road: RoadType::Highway,
+            steps: (10, 20),
+            values,
+        }
+    }
+
+    /// A cut-in: gap, closing and lateral speed, ego speed.
+    fn cut_in(gap: f64, closing: f64, lateral: f64) -> Event {
+        let values = [
+            Some(gap),
+            Some(closing),
+            Some(lateral),
+            None,
+            None,
+            Some(25.0),
+        ];
+        event(EventKind::CutIn, true, values)
+    }
+
+    /// Twelve recordings of an hour and 50 km each of the recorded ego; every second one has the events.
+    fn index(events: &[Event]) -> IndexedEvents {
+        let scenario = |i: usize| ScenarioDriven {
+            scenario: format!("DEU_A-{}_1_T-1", i + 1),
+            file: format!("{i}.xml"),
+            is_window: false,
+            driven: Driven {
+                recorded: Exposure {
+                    egos: 1,
+                    seconds: 3600.0,
+                    metres: 50_000.0,
+                },
+                obstacles: Exposure::default(),
+                events: events.iter().filter(|_| i % 2 == 0).cloned().collect(),
+            },
+        };
+        IndexedEvents {
+            scenarios: (0..12).map(scenario).collect(),
+            radius: 50.0,
+        }
+    }
+
+    #[test]
+    fn events_over_hours_and_kilometres() {
+        let braking = event(
+            EventKind::Braking,
+            true,
+            [Some(9.0), Some(1.0), None, Some(4.0), Some(3.0), None],
+        );
+        let index = index(&[cut_in(10.0, 5.0, 1.0), cut_in(30.0, 2.0, 0.5), braking]);
+        let all = rates(&index, &EventFilter::default());
+        let counts: Vec<u64> = all.iter().map(|rate| rate.events).collect();
+        // Obstacles drove nothing: they have no rows.
+        assert_eq!(counts, [12, 0, 0, 6]);
+        let of = |terms: &str| {
+            foreseeability(&index, &EventFilter::read(terms).unwrap(), Egos::Recorded)
+        };
+        let near = of("manoeuvre:cut_in gap<12 closing>=5 actor:truck");
+        assert_eq!(
+            (near.events, near.recordings, near.recordings_with),
+            (6, 12, 6)
+        );
+        assert_eq!((near.per_hour, near.per_1000_km), (Some(0.5), Some(10.0)));
+        assert_eq!(
+            (near.hours, near.kilometres, near.independent),
+            (12.0, 600.0, false)
+        );
+        // Garwood: 6 events are 2.2019 to 13.0595.
+        let interval = near.per_hour_ci.unwrap();
+        assert!(
+            interval.low <= 2.202 / 12.0 && interval.high >= 13.059 / 12.0,
+            "{interval:?}"
+        );
+        let none = of("manoeuvre:cut_in gap<1").per_hour_ci.unwrap();
+        assert!(none.low == 0.0 && (none.high - 3.688_879 / 12.0).abs() < 1e-6);
+        assert_eq!(of("manoeuvre:cut_in deceleration>3").unmeasured, 12);
+        assert_eq!(of("!manoeuvre:cut_in").events, 6);
+        assert_eq!(of("road:urban").events, 0);
+    }
+
+    #[test]
+    fn at_least_as_extreme() {
+        let like = EventFilter::like(&cut_in(10.0, 5.0, 1.0));
+        assert_eq!(
+            like.words(),
+            "manoeuvre:cut_in gap<=10 closing>=5 lateral_speed>=1"
+        );
+        assert_eq!(
+            EventFilter::read(&like.words()).unwrap().words(),
+            like.words()
+        );
+        let with = |gap, closing, lateral| {
+            foreseeability(
+                &index(&[cut_in(gap, closing, lateral)]),
+                &like,
+                Egos::Recorded,
+            )
+            .events
+        };
+        assert_eq!(with(10.0, 5.0, 1.0), 6, "itself");
+        assert_eq!(with(-1.0, 9.0, 2.0), 6);
+        for less in [
+            with(10.1, 9.0, 2.0),
+            with(5.0, 4.9, 2.0),
+            with(5.0, 9.0, 0.9),
+        ] {
+            assert_eq!(less, 0);
+        }
+        let odd = EventFilter::like(&cut_in(10.001, -0.001, 1.009));
+        assert_eq!(
+            odd.words(),
+            "manoeuvre:cut_in gap<=10.01 closing>=-0.01 lateral_speed>=1"
+        );
+    }
 }

@@ -51,12 +51,18 @@ impl RateChart {
             for decade in low..=high {
                 let value = 10_f64.powi(decade);
                 let grid = Stroke::new(palette.grid, 0.5);
-                p.line(&[(across(value), area.y), (across(value), area.bottom())], grid);
+                p.line(
+                    &[(across(value), area.y), (across(value), area.bottom())],
+                    grid,
+                );
                 let at = (across(value), area.bottom() + LETTERS + 2.0);
                 let words = Text::new(at, value.to_string(), LETTERS, palette.text);
                 p.text(words.anchored(Anchor::Middle));
             }
-            let at = (area.x + area.width / 2.0, area.bottom() + 2.4 * LETTERS + 2.0);
+            let at = (
+                area.x + area.width / 2.0,
+                area.bottom() + 2.4 * LETTERS + 2.0,
+            );
             let name = Text::new(at, &self.axis, LETTERS, palette.text);
             p.text(name.anchored(Anchor::Middle));
         });

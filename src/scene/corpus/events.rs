@@ -192,7 +192,10 @@ impl Driven {
             }
         };
         let track = &ego.scene.ego.track;
-        if track.iter().all(|(_, motion)| motion.velocity.abs() < STANDING) {
+        if track
+            .iter()
+            .all(|(_, motion)| motion.velocity.abs() < STANDING)
+        {
             return;
         }
         let (seconds, metres) = track.driven(ego.scene.scenario.dt());
@@ -273,7 +276,8 @@ impl EgoWindows<'_, '_, '_> {
         }
         let steps = self.scene.steps();
         let before = self.count(BEFORE);
-        let inside: Vec<Option<bool>> = steps.clone().map(|step| self.inside(place, step)).collect();
+        let inside: Vec<Option<bool>> =
+            steps.clone().map(|step| self.inside(place, step)).collect();
         // From where on another change of the same kind is another event.
         let (mut free_in, mut free_out) = (i64::MIN, i64::MIN);
         for step in steps.start + before..steps.end {
@@ -322,19 +326,27 @@ impl EgoWindows<'_, '_, '_> {
             let Some([_, other]) = self.context.along_way(place, step) else {
                 return true;
             };
-            other.velocity.y.abs() <= TURN.tan() * other.velocity.x || other.velocity.norm() < STANDING
+            other.velocity.y.abs() <= TURN.tan() * other.velocity.x
+                || other.velocity.norm() < STANDING
         };
         steps.into_iter().all(is_along)
     }
 
     /// The event with the other's mean speed across between two steps; at a single one, its speed across.
-    fn with_lateral_speed(&self, mut event: Event, place: usize, (first, last): (i64, i64)) -> Event {
+    fn with_lateral_speed(
+        &self,
+        mut event: Event,
+        place: usize,
+        (first, last): (i64, i64),
+    ) -> Event {
         let at = |step| Some(self.context.along_way(place, step)?[1]);
         let seconds = (last - first) as f64 * self.scene.scenario.dt();
-        let speed = at(first).zip(at(last)).map(|(from, to)| match last - first {
-            0 => to.velocity.y.abs(),
-            _ => (to.at.d - from.at.d).abs() / seconds,
-        });
+        let speed = at(first)
+            .zip(at(last))
+            .map(|(from, to)| match last - first {
+                0 => to.velocity.y.abs(),
+                _ => (to.at.d - from.at.d).abs() / seconds,
+            });
         event.values[Parameter::LateralSpeed as usize] = speed;
         event
     }

@@ -126,7 +126,8 @@ impl PairMotion<'_> {
             return self.to_first_lane.is_some_and(in_line) == into;
         }
         let along = self.ego[0].pose.forward() + self.other[0].pose.forward();
-        let across = |[from, to]: [&Motion; 2]| along.perp(&(to.pose.position - from.pose.position));
+        let across =
+            |[from, to]: [&Motion; 2]| along.perp(&(to.pose.position - from.pose.position));
         across(self.other).abs() > across(self.ego).abs()
     }
 
@@ -134,7 +135,8 @@ impl PairMotion<'_> {
     pub fn cuts_out(&self) -> bool {
         let headings = [self.ego[0], self.other[0]].map(|motion| motion.pose.heading);
         let [before, after] = self.inside();
-        let was_ahead = self.at(0).x > 0.0 && angle_between(headings[0], headings[1]).abs() <= SAME_WAY;
+        let was_ahead =
+            self.at(0).x > 0.0 && angle_between(headings[0], headings[1]).abs() <= SAME_WAY;
         !self.stands && was_ahead && before && !after && self.other_moved(false)
     }
 

@@ -14,9 +14,7 @@ use super::lanes::{Lanelets, LanesUnder};
 use super::manoeuvre::{Manoeuvre, PairMotion, RoadType};
 use super::{CellWindows, WindowPlace};
 use crate::metrics::{Context, CriticalMoment, Grade, Measure, Moments, PairMoments, Thresholds};
-use crate::scenario::{
-    Ego, EgoSource, LaneRelation, Motion, ObstacleRole, Scenario, Scene, Track,
-};
+use crate::scenario::{Ego, EgoSource, LaneRelation, Motion, ObstacleRole, Scenario, Scene, Track};
 use crate::story::Braking;
 
 /// How windows are cut and what is measured in them.

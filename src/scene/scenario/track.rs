@@ -2,9 +2,7 @@
 
 use std::fmt;
 
-use nearmiss_base::geometry::{
-    Placed, Point, Pose, ReferencePath, Sweep, Vector, angle_between,
-};
+use nearmiss_base::geometry::{Placed, Point, Pose, ReferencePath, Sweep, Vector, angle_between};
 
 /// What a file says about one step; what it does not say is filled by [`Track::new`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -218,7 +216,10 @@ fn way(motions: &[(i64, Motion)]) -> Vec<Point> {
     let mut places = motions.iter().map(|(_, motion)| motion.pose.position);
     let mut way: Vec<Point> = places.next().into_iter().collect();
     for place in places {
-        if way.last().is_some_and(|last| (place - last).norm() >= LEAST_LEG) {
+        if way
+            .last()
+            .is_some_and(|last| (place - last).norm() >= LEAST_LEG)
+        {
             way.push(place);
         }
     }

@@ -50,10 +50,12 @@ impl EventFilter {
                     let words = EventKind::ALL.map(EventKind::name);
                     parse_value("manoeuvre", value, &in_order(&words))?.map(EventTest::Kind)
                 }
-                (Some((key @ ("actor" | "road"), value)), _) => match WindowTest::read(key, value) {
-                    Some(test) => test?.map(EventTest::Window),
-                    None => None,
-                },
+                (Some((key @ ("actor" | "road"), value)), _) => {
+                    match WindowTest::read(key, value) {
+                        Some(test) => test?.map(EventTest::Window),
+                        None => None,
+                    }
+                }
                 (None, Some((key, how, value))) => {
                     let parameter = Parameter::parse(key).ok_or_else(|| {
                         unknown("parameter", key, Parameter::ALL.map(Parameter::name))
@@ -92,7 +94,8 @@ impl EventFilter {
         let kind = format!("manoeuvre:{}", event.kind.name());
         filter.words.push(kind);
         for parameter in Parameter::ALL {
-            let Some((value, is_low)) = event.value(parameter).zip(parameter.extreme_is_low()) else {
+            let Some((value, is_low)) = event.value(parameter).zip(parameter.extreme_is_low())
+            else {
                 continue;
             };
             let (how, sign, value) = if is_low {
@@ -104,7 +107,9 @@ impl EventFilter {
             let value = value + 0.0;
             let test = EventTest::Compared(parameter, how, value);
             filter.tests.push((test, false));
-            filter.words.push(format!("{}{sign}{value}", parameter.name()));
+            filter
+                .words
+                .push(format!("{}{sign}{value}", parameter.name()));
         }
         filter
     }
@@ -151,7 +156,9 @@ impl EventFilter {
                 EventTest::Window(WindowTest::Actor(any)) => {
                     any.has(place(&ObstacleType::ALL, &event.actor))
                 }
-                EventTest::Window(WindowTest::Road(any)) => any.has(place(&RoadType::ALL, &event.road)),
+                EventTest::Window(WindowTest::Road(any)) => {
+                    any.has(place(&RoadType::ALL, &event.road))
+                }
                 EventTest::Window(_) => true,
                 EventTest::Compared(parameter, how, value) => match event.value(*parameter) {
                     Some(own) => how.holds(own, *value),

@@ -145,7 +145,11 @@ pub(super) fn in_order<'a>(words: &[&'a str]) -> Vec<Known<'a>> {
 }
 
 /// What the words of a value mean, which are separated by commas; the last may be half typed.
-pub(super) fn parse_value(key: &str, value: &str, known: &[Known<'_>]) -> Result<Option<AnyOf>, String> {
+pub(super) fn parse_value(
+    key: &str,
+    value: &str,
+    known: &[Known<'_>],
+) -> Result<Option<AnyOf>, String> {
     let mut all = AnyOf(0);
     let mut waits = false;
     for part in value.split(',') {

@@ -92,7 +92,11 @@ fn a_cut_in_is_one_event_with_these_parameters() {
         };
         // 40 − 2·3.7 between centres, 2 m of the ego, 2.062 m of the turned other.
         is(Parameter::Gap, 28.538, 0.01);
-        is(Parameter::Closing, 17.0 - 15.0 * 15.0 / 226.0_f64.sqrt(), 0.01);
+        is(
+            Parameter::Closing,
+            17.0 - 15.0 * 15.0 / 226.0_f64.sqrt(),
+            0.01,
+        );
         is(Parameter::LateralSpeed, 1.0, 0.02);
         is(Parameter::EgoSpeed, 17.0, 1e-9);
         assert_eq!(event.value(Parameter::Deceleration), None);
@@ -124,7 +128,13 @@ fn who_changes_lanes_behind_another_or_is_reached_by_the_ego_cuts_nobody_in() {
 /// Over the border and back, with the body in the lane all the time, is one cut-in.
 #[test]
 fn who_sways_on_the_border_cuts_in_once() {
-    let lateral = |t: f64| if t < 3.0 { 3.5 } else { 1.7 + 0.4 * (1.5 * (t - 3.0)).cos() };
+    let lateral = |t: f64| {
+        if t < 3.0 {
+            3.5
+        } else {
+            1.7 + 0.4 * (1.5 * (t - 3.0)).cos()
+        }
+    };
     let sways = |t: f64| (40.0 + 15.0 * t, lateral(t), 15.0);
     let scenario = scenario(&[(10, &even(0.0, 0.0, 15.0)), (11, &sways)], true);
     let found = kinds(&of(&scenario, 10));
@@ -160,11 +170,15 @@ fn each_braking_of_the_one_ahead_is_an_event() {
     let brakes = |t: f64| {
         let (a, b) = ((t - 2.0).clamp(0.0, 2.0), (t - 7.0).clamp(0.0, 2.0));
         let after = |start: f64, length: f64| (t - start - length).max(0.0);
-        let lost = 4.0 * (a * a / 2.0 + 2.0 * after(2.0, 2.0)) + 2.0 * (b * b / 2.0 + 2.0 * after(7.0, 2.0));
+        let lost = 4.0 * (a * a / 2.0 + 2.0 * after(2.0, 2.0))
+            + 2.0 * (b * b / 2.0 + 2.0 * after(7.0, 2.0));
         (34.0 + 20.0 * t - lost, 0.0, 20.0 - 4.0 * a - 2.0 * b)
     };
     for has_lanes in [true, false] {
-        let found = of(&scenario(&[(10, &even(0.0, 0.0, 12.0)), (11, &brakes)], has_lanes), 10);
+        let found = of(
+            &scenario(&[(10, &even(0.0, 0.0, 12.0)), (11, &brakes)], has_lanes),
+            10,
+        );
         assert_eq!(kinds(&found), [(EventKind::Braking, 11); 2]);
         for (event, most, begins) in [(&found[0], 4.0, 20), (&found[1], 2.0, 70)] {
             assert!((event.steps.0 - begins).abs() <= 2, "{event:?}");
@@ -182,7 +196,14 @@ fn each_braking_of_the_one_ahead_is_an_event() {
 #[test]
 fn egos_drive_so_long_and_so_far() {
     let drive = even(0.0, 0.0, 15.0);
-    let scenario = scenario(&[(10, &drive), (11, &even(30.0, 3.5, 5.0)), (12, &even(60.0, 0.0, 0.0))], true);
+    let scenario = scenario(
+        &[
+            (10, &drive),
+            (11, &even(30.0, 3.5, 5.0)),
+            (12, &even(60.0, 0.0, 0.0)),
+        ],
+        true,
+    );
     let options = IndexOptions {
         length: 2.0,
         stride: 1.0,
@@ -190,7 +211,11 @@ fn egos_drive_so_long_and_so_far() {
         measures: Vec::new(),
     };
     let driven = for_each_window(&scenario, None, &options, Thresholds::shipped(), &mut drop);
-    assert_eq!((driven.recorded.egos, driven.obstacles.egos), (0, 2), "one stands");
+    assert_eq!(
+        (driven.recorded.egos, driven.obstacles.egos),
+        (0, 2),
+        "one stands"
+    );
     assert!((driven.obstacles.seconds - 20.0).abs() < 1e-9);
     assert!((driven.obstacles.metres - 200.0).abs() < 2.0, "{driven:?}");
 }
@@ -229,7 +254,11 @@ fn moved_and_mirrored_scenes_have_the_same_events() {
         let scenario = scenario(&[(10, &even(0.0, 0.0, 17.0)), (11, &cuts_in)], has_lanes);
         Scene::with_obstacle_as_ego(scenario, 10).unwrap()
     });
-    let scenes = bundled().iter().filter_map(opened).chain(made).collect::<Vec<_>>();
+    let scenes = bundled()
+        .iter()
+        .filter_map(opened)
+        .chain(made)
+        .collect::<Vec<_>>();
     let mut count = 0;
     for scene in &scenes {
         let before = events(scene, 50.0);

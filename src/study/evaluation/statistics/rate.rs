@@ -72,14 +72,19 @@ mod tests {
         ] {
             let found = poisson(events);
             let near = |value: f64, wanted: f64| (value - wanted).abs() <= 1e-9 * wanted;
-            assert!(near(found.low, low) && near(found.high, high), "{events}: {found:?}");
+            assert!(
+                near(found.low, low) && near(found.high, high),
+                "{events}: {found:?}"
+            );
         }
     }
 
     #[test]
     fn events_that_come_together_widen_the_interval() {
         let even: Vec<(u64, f64)> = (0..40).map(|_| (2, 1.0)).collect();
-        let rows: Vec<(u64, f64)> = (0..40).map(|i| (if i % 8 == 0 { 16 } else { 0 }, 1.0)).collect();
+        let rows: Vec<(u64, f64)> = (0..40)
+            .map(|i| (if i % 8 == 0 { 16 } else { 0 }, 1.0))
+            .collect();
         let (even, clustered) = (rate_interval(&even).unwrap(), rate_interval(&rows).unwrap());
         let exact = poisson(80);
         assert_eq!(even.low, exact.low / 40.0);
