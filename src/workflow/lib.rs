@@ -97,7 +97,7 @@ pub use plan::{
 };
 pub use question::{DescribedWindow, QuestionRequest, described, question};
 pub use rate::{
-    Egos, EventLine, IndexedEvents, Rate, attack_events, events_that_fit, foreseeability, rates,
+    EventLine, IndexedEvents, Rate, attack_events, events_that_fit, foreseeability, rates,
     read_events,
 };
 pub use reading::{named_tables, read_as_said};

@@ -6,14 +6,13 @@ use std::path::Path;
 use nearmiss_formats::Entry;
 use nearmiss_record::Record;
 use nearmiss_scene::corpus::{
-    Event, EventKind, Exposure, IndexError, Parameter, Part, RoadType, ScenarioDriven, events,
+    Egos, Event, EventKind, Exposure, IndexError, Part, ScenarioDriven, events,
 };
 use nearmiss_scene::scenario::Scene;
 use nearmiss_scene::scenario::identity::family;
 use nearmiss_study::evaluation::statistics::{FEWEST, Interval, rate_interval};
 use schemars::JsonSchema;
 use serde::Serialize;
-use strum::{IntoStaticStr, VariantArray};
 
 use super::scenario_filter::event_terms::{EventFilter, Fit};
 use super::{VariantOrigin, index_parts};
@@ -40,18 +39,6 @@ pub fn read_events(folder: &Path) -> Result<IndexedEvents, IndexError> {
     }
     Ok(found)
 }
-
-/// Whose events are counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "snake_case")]
-pub enum Egos {
-    /// The one that was recorded beside each scenario, or as it.
-    Recorded,
-    /// The other motor vehicles of the scenarios, each in turn.
-    Obstacle,
-}
-
-nearmiss_record::named!(Egos, "ego_source");
 
 /// How often egos meet a manoeuvre.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -108,7 +95,8 @@ impl Record for Rate {
 /// How often these egos meet what fits a filter.
 ///
 /// ```
-/// use nearmiss_workflow::{Egos, EventFilter, IndexedEvents, foreseeability};
+/// use nearmiss_scene::corpus::Egos;
+/// use nearmiss_workflow::{EventFilter, IndexedEvents, foreseeability};
 ///
 /// let near = EventFilter::read("manoeuvre:cut_in gap<12 closing>5")?;
 /// let rate = foreseeability(&IndexedEvents::default(), &near, Egos::Recorded);
@@ -120,18 +108,15 @@ pub fn foreseeability(index: &IndexedEvents, filter: &EventFilter, egos: Egos) -
     let mut recordings: BTreeMap<&str, (u64, Exposure)> = BTreeMap::new();
     let (mut all, mut unmeasured) = (Exposure::default(), 0);
     for scenario in &index.scenarios {
-        let driven = match egos {
-            Egos::Recorded => &scenario.driven.recorded,
-            Egos::Obstacle => &scenario.driven.obstacles,
-        };
+        let driven = scenario.driven.exposure(egos);
         if driven.egos == 0 {
             continue;
         }
         all.add(driven);
         let recording = recordings.entry(family(&scenario.scenario)).or_default();
         recording.1.add(driven);
-        let own = { scenario.driven.events.iter() }
-            .filter(|event| event.recorded == (egos == Egos::Recorded));
+        let all = scenario.driven.events.iter();
+        let own = all.filter(|event| event.ego_source == egos);
         for event in own {
             match filter.fit(event) {
                 Fit::Fits => recording.0 += 1,
@@ -201,46 +186,9 @@ pub struct EventLine {
     /// Path as it was found.
     #[schemars(title = "file")]
     pub file: String,
-    /// Whose event: recorded, the ego beside the scenario; obstacle, another motor vehicle.
-    pub ego_source: Egos,
-    /// Id of the ego.
-    #[schemars(title = "ego")]
-    pub ego_id: i64,
-    /// Id of the other.
-    #[schemars(title = "obstacle")]
-    pub obstacle: i64,
-    /// Its type.
-    #[schemars(title = "type")]
-    pub obstacle_type: &'static str,
-    /// What happens: cut_in, merging, cut_out, braking.
-    #[schemars(title = "manoeuvre")]
-    pub manoeuvre: EventKind,
-    /// Road under the ego.
-    #[schemars(title = "road")]
-    pub road: RoadType,
-    /// First step: of the parameters.
-    #[schemars(title = "step")]
-    pub first_step: i64,
-    /// Last step.
-    pub last_step: i64,
-    /// From the ego's front to the other's rear along the way; of a cut-out, to what it uncovers.
-    #[schemars(title = "gap", extend("unit" = "m", "decimals" = 1))]
-    pub gap: Option<f64>,
-    /// The ego's speed minus that of the same.
-    #[schemars(title = "closing", extend("unit" = "m/s", "decimals" = 1))]
-    pub closing: Option<f64>,
-    /// Mean speed of the other across the way.
-    #[schemars(title = "lateral", extend("unit" = "m/s", "decimals" = 2))]
-    pub lateral_speed: Option<f64>,
-    /// Strongest deceleration of the other.
-    #[schemars(title = "deceleration", extend("unit" = "m/s²", "decimals" = 1))]
-    pub deceleration: Option<f64>,
-    /// Its mean deceleration.
-    #[schemars(title = "mean", extend("unit" = "m/s²", "decimals" = 1))]
-    pub mean_deceleration: Option<f64>,
-    /// The ego's speed.
-    #[schemars(title = "ego speed", extend("unit" = "m/s", "decimals" = 1))]
-    pub ego_speed: Option<f64>,
+    /// What happened.
+    #[serde(flatten)]
+    pub event: Event,
 }
 
 impl Record for EventLine {
@@ -257,24 +205,7 @@ pub fn events_that_fit(index: &IndexedEvents, filter: &EventFilter) -> Vec<Event
     let line = |(of, event): (&ScenarioDriven, &Event)| EventLine {
         scenario: of.scenario.clone(),
         file: of.file.clone(),
-        ego_source: if event.recorded {
-            Egos::Recorded
-        } else {
-            Egos::Obstacle
-        },
-        ego_id: event.ego,
-        obstacle: event.obstacle,
-        obstacle_type: event.actor.name(),
-        manoeuvre: event.kind,
-        road: event.road,
-        first_step: event.steps.0,
-        last_step: event.steps.1,
-        gap: event.value(Parameter::Gap),
-        closing: event.value(Parameter::Closing),
-        lateral_speed: event.value(Parameter::LateralSpeed),
-        deceleration: event.value(Parameter::Deceleration),
-        mean_deceleration: event.value(Parameter::MeanDeceleration),
-        ego_speed: event.value(Parameter::EgoSpeed),
+        event: event.clone(),
     };
     fitting.map(line).collect()
 }
@@ -293,7 +224,7 @@ pub fn attack_events(entry: &Entry, radius: f64) -> Result<Vec<Event>, String> {
     if let Some(origin) = VariantOrigin::read(entry) {
         let attackers = &origin.manifest.attackers;
         found.retain(|event| {
-            let is_by = |id, from| event.obstacle == id && event.steps.1 >= from;
+            let is_by = |id, from| event.obstacle == id && event.last_step >= from;
             attackers
                 .iter()
                 .any(|attacker| is_by(attacker.id, attacker.from_step))
@@ -312,33 +243,27 @@ pub fn attack_events(entry: &Entry, radius: f64) -> Result<Vec<Event>, String> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use nearmiss_scene::corpus::Driven;
+    use nearmiss_scene::corpus::{Driven, RoadType};
     use nearmiss_scene::scenario::ObstacleType;
 
-    fn event(kind: EventKind, recorded: bool, values: [Option<f64>; 6]) -> Event {
+    /// A cut-in.
+    fn cut_in(gap: f64, closing: f64, lateral_speed: f64) -> Event {
         Event {
-            kind,
-            recorded,
-            ego: 1,
+            ego_source: Egos::Recorded,
+            ego_id: 1,
             obstacle: 2,
-            actor: ObstacleType::Truck,
+            obstacle_type: ObstacleType::Truck,
+            manoeuvre: EventKind::CutIn,
             road: RoadType::Highway,
-            steps: (10, 20),
-            values,
+            first_step: 10,
+            last_step: 20,
+            gap: Some(gap),
+            closing: Some(closing),
+            lateral_speed: Some(lateral_speed),
+            deceleration: None,
+            mean_deceleration: None,
+            ego_speed: Some(25.0),
         }
-    }
-
-    /// A cut-in: gap, closing and lateral speed, ego speed.
-    fn cut_in(gap: f64, closing: f64, lateral: f64) -> Event {
-        let values = [
-            Some(gap),
-            Some(closing),
-            Some(lateral),
-            None,
-            None,
-            Some(25.0),
-        ];
-        event(EventKind::CutIn, true, values)
     }
 
     /// Twelve recordings of an hour and 50 km each of the recorded ego; every second one has the events.
@@ -365,11 +290,11 @@ mod tests {
 
     #[test]
     fn events_over_hours_and_kilometres() {
-        let braking = event(
-            EventKind::Braking,
-            true,
-            [Some(9.0), Some(1.0), None, Some(4.0), Some(3.0), None],
-        );
+        let braking = Event {
+            manoeuvre: EventKind::Braking,
+            lateral_speed: None,
+            ..cut_in(9.0, 1.0, 0.0)
+        };
         let index = index(&[cut_in(10.0, 5.0, 1.0), cut_in(30.0, 2.0, 0.5), braking]);
         let all = rates(&index, &EventFilter::default());
         let counts: Vec<u64> = all.iter().map(|rate| rate.events).collect();

@@ -18,6 +18,7 @@
 use std::cell::OnceCell;
 use std::rc::Rc;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
@@ -42,37 +43,95 @@ pub enum EventKind {
 
 nearmiss_record::named!(EventKind, "event");
 
+/// Whose events are counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
+pub enum Egos {
+    /// The one that was recorded beside each scenario, or as it.
+    Recorded,
+    /// The other motor vehicles of the scenarios, each in turn.
+    Obstacle,
+}
+
+nearmiss_record::named!(Egos, "ego_source");
+
+/// What happened to an ego, once.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Event {
+    /// Whose event: recorded, the ego beside the scenario; obstacle, another motor vehicle.
+    pub ego_source: Egos,
+    /// Id of the ego.
+    #[schemars(title = "ego")]
+    pub ego_id: i64,
+    /// Id of the other.
+    #[schemars(title = "obstacle")]
+    pub obstacle: i64,
+    /// Its type.
+    #[schemars(title = "type", with = "String")]
+    #[serde(with = "type_word")]
+    pub obstacle_type: ObstacleType,
+    /// What happens: cut_in, merging, cut_out, braking.
+    #[schemars(title = "manoeuvre")]
+    pub manoeuvre: EventKind,
+    /// Road under the ego.
+    #[schemars(title = "road")]
+    pub road: RoadType,
+    /// Its moment.
+    #[schemars(title = "step")]
+    pub first_step: i64,
+    /// Last step.
+    pub last_step: i64,
+    /// From the ego's front to the other's rear along the way; of a cut-out, to what it uncovers.
+    #[schemars(title = "gap", extend("unit" = "m", "decimals" = 1))]
+    pub gap: Option<f64>,
+    /// The ego's speed minus that of the same, along the way.
+    #[schemars(title = "closing", extend("unit" = "m/s", "decimals" = 1))]
+    pub closing: Option<f64>,
+    /// Mean speed of the other's centre across the way, between the body's and the centre's crossing of the lane's border.
+    #[schemars(title = "lateral", extend("unit" = "m/s", "decimals" = 2))]
+    pub lateral_speed: Option<f64>,
+    /// The other's strongest deceleration over 0.4 s.
+    #[schemars(title = "deceleration", extend("unit" = "m/s²", "decimals" = 1))]
+    pub deceleration: Option<f64>,
+    /// Its mean deceleration.
+    #[schemars(title = "mean", extend("unit" = "m/s²", "decimals" = 1))]
+    pub mean_deceleration: Option<f64>,
+    /// The ego's speed.
+    #[schemars(title = "ego speed", extend("unit" = "m/s", "decimals" = 1))]
+    pub ego_speed: Option<f64>,
+}
+
 /// What an event is described by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case")]
 pub enum Parameter {
-    /// From the ego's front to the other's rear along the way; of a cut-out, to what it uncovers.
+    /// [`Event::gap`], metres.
     Gap,
-    /// The ego's speed minus that of the same, along the way.
+    /// [`Event::closing`], m/s.
     Closing,
-    /// Mean speed of the other's centre across the way, between the body's and the centre's crossing of the lane's border.
+    /// [`Event::lateral_speed`], m/s.
     LateralSpeed,
-    /// The other's strongest deceleration over 0.4 s.
+    /// [`Event::deceleration`], m/s².
     Deceleration,
-    /// Its mean deceleration.
+    /// [`Event::mean_deceleration`], m/s².
     MeanDeceleration,
-    /// The ego's speed.
+    /// [`Event::ego_speed`], m/s.
     EgoSpeed,
 }
 
-nearmiss_record::named!(Parameter, "parameter");
-
-/// How many there are.
-const PARAMETERS: usize = Parameter::ALL.len();
+nearmiss_record::named!(Parameter);
 
 impl Parameter {
-    /// Its unit.
+    /// Its value; what the event has none of, or what could not be measured, is missing.
     #[must_use]
-    pub fn unit(self) -> &'static str {
+    pub fn of(self, event: &Event) -> Option<f64> {
         match self {
-            Self::Gap => "m",
-            Self::Closing | Self::LateralSpeed | Self::EgoSpeed => "m/s",
-            Self::Deceleration | Self::MeanDeceleration => "m/s²",
+            Self::Gap => event.gap,
+            Self::Closing => event.closing,
+            Self::LateralSpeed => event.lateral_speed,
+            Self::Deceleration => event.deceleration,
+            Self::MeanDeceleration => event.mean_deceleration,
+            Self::EgoSpeed => event.ego_speed,
         }
     }
 
@@ -87,38 +146,8 @@ impl Parameter {
     }
 }
 
-/// What happened to an ego, once.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Event {
-    /// What.
-    pub kind: EventKind,
-    /// Whether the ego was recorded beside the scenario, or as it.
-    pub recorded: bool,
-    /// The ego.
-    pub ego: i64,
-    /// The other.
-    pub obstacle: i64,
-    /// Its type.
-    #[serde(with = "actor")]
-    pub actor: ObstacleType,
-    /// The road under the ego.
-    pub road: RoadType,
-    /// Its moment, and the last step.
-    pub steps: (i64, i64),
-    /// The values of [`Parameter::ALL`], in their units; what it has none of, or what could not be measured, is missing.
-    pub values: [Option<f64>; PARAMETERS],
-}
-
-impl Event {
-    /// A parameter.
-    #[must_use]
-    pub fn value(&self, parameter: Parameter) -> Option<f64> {
-        self.values[parameter as usize]
-    }
-}
-
 /// Types of obstacles by their names.
-mod actor {
+mod type_word {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
     use super::ObstacleType;
@@ -178,7 +207,33 @@ pub struct ScenarioDriven {
     pub driven: Driven,
 }
 
+impl Event {
+    /// The same with its parameters rounded.
+    #[must_use]
+    pub fn rounded(self, round: impl Fn(f64) -> f64) -> Self {
+        let round = |value: Option<f64>| value.map(&round);
+        Self {
+            gap: round(self.gap),
+            closing: round(self.closing),
+            lateral_speed: round(self.lateral_speed),
+            deceleration: round(self.deceleration),
+            mean_deceleration: round(self.mean_deceleration),
+            ego_speed: round(self.ego_speed),
+            ..self
+        }
+    }
+}
+
 impl Driven {
+    /// Those of these egos.
+    #[must_use]
+    pub fn exposure(&self, egos: Egos) -> &Exposure {
+        match egos {
+            Egos::Recorded => &self.recorded,
+            Egos::Obstacle => &self.obstacles,
+        }
+    }
+
     /// Adds an ego.
     pub(super) fn add(&mut self, ego: &EgoWindows<'_, '_, '_>) {
         let exposure = match ego.ego {
@@ -242,31 +297,40 @@ impl EgoWindows<'_, '_, '_> {
             let before = found.len();
             self.changes(place, &leaders, &mut found);
             self.brakings(place, &leaders, &mut found);
-            found[before..].sort_by_key(|event| (event.steps, event.kind));
+            found[before..].sort_by_key(|event| (event.first_step, event.last_step));
         }
         found
     }
 
     /// An event; `of` is whose gap and closing speed it has.
-    fn event(&self, kind: EventKind, place: usize, of: Option<usize>, steps: (i64, i64)) -> Event {
+    fn event(
+        &self,
+        manoeuvre: EventKind,
+        place: usize,
+        of: Option<usize>,
+        steps: (i64, i64),
+    ) -> Event {
         let other = self.context.participants()[place].obstacle;
-        let mut event = Event {
-            kind,
-            recorded: self.ego == WindowEgo::Recorded,
-            ego: self.scene.ego.id,
+        let along = of.and_then(|of| self.context.along_way(of, steps.0));
+        Event {
+            ego_source: match self.ego {
+                WindowEgo::Recorded => Egos::Recorded,
+                WindowEgo::Obstacle(_) => Egos::Obstacle,
+            },
+            ego_id: self.scene.ego.id,
             obstacle: other.id,
-            actor: other.kind,
+            obstacle_type: other.kind,
+            manoeuvre,
             road: self.road(steps.0),
-            steps,
-            values: [None; PARAMETERS],
-        };
-        let ego = self.scene.ego.track.at(steps.0);
-        event.values[Parameter::EgoSpeed as usize] = ego.map(|motion| motion.velocity);
-        if let Some([ego, other]) = of.and_then(|of| self.context.along_way(of, steps.0)) {
-            event.values[Parameter::Gap as usize] = Some(other.rear - ego.front);
-            event.values[Parameter::Closing as usize] = Some(ego.velocity.x - other.velocity.x);
+            first_step: steps.0,
+            last_step: steps.1,
+            gap: along.map(|[ego, other]| other.rear - ego.front),
+            closing: along.map(|[ego, other]| ego.velocity.x - other.velocity.x),
+            lateral_speed: None,
+            deceleration: None,
+            mean_deceleration: None,
+            ego_speed: self.scene.ego.track.at(steps.0).map(|ego| ego.velocity),
         }
-        event
     }
 
     /// Its cut-ins, mergings and cut-outs.
@@ -305,16 +369,20 @@ impl EgoWindows<'_, '_, '_> {
                 let is_new = first >= free_in;
                 free_in = step + before;
                 if is_new && self.goes_along(place, [first, step]) {
-                    let event = self.event(kind, place, Some(place), (first, step));
-                    found.push(self.with_lateral_speed(event, place, (first, step)));
+                    found.push(Event {
+                        lateral_speed: self.lateral_speed(place, (first, step)),
+                        ..self.event(kind, place, Some(place), (first, step))
+                    });
                 }
             } else if pair.cuts_out() && self.leader(step - before, leaders) == Some(place) {
                 let last = self.border(place, step, 1);
                 free_out = last + before;
                 if self.goes_along(place, [step, last]) {
                     let uncovered = self.leader(last, leaders);
-                    let event = self.event(EventKind::CutOut, place, uncovered, (last, last));
-                    found.push(self.with_lateral_speed(event, place, (step, last)));
+                    found.push(Event {
+                        lateral_speed: self.lateral_speed(place, (step, last)),
+                        ..self.event(EventKind::CutOut, place, uncovered, (last, last))
+                    });
                 }
             }
         }
@@ -332,23 +400,14 @@ impl EgoWindows<'_, '_, '_> {
         steps.into_iter().all(is_along)
     }
 
-    /// The event with the other's mean speed across between two steps; at a single one, its speed across.
-    fn with_lateral_speed(
-        &self,
-        mut event: Event,
-        place: usize,
-        (first, last): (i64, i64),
-    ) -> Event {
+    /// The other's mean speed across the way between two steps, m/s; at a single one, its speed across.
+    fn lateral_speed(&self, place: usize, (first, last): (i64, i64)) -> Option<f64> {
         let at = |step| Some(self.context.along_way(place, step)?[1]);
-        let seconds = (last - first) as f64 * self.scene.scenario.dt();
-        let speed = at(first)
-            .zip(at(last))
-            .map(|(from, to)| match last - first {
-                0 => to.velocity.y.abs(),
-                _ => (to.at.d - from.at.d).abs() / seconds,
-            });
-        event.values[Parameter::LateralSpeed as usize] = speed;
-        event
+        let (from, to) = (at(first)?, at(last)?);
+        Some(match (last - first) as f64 * self.scene.scenario.dt() {
+            0.0 => to.velocity.y.abs(),
+            seconds => (to.at.d - from.at.d).abs() / seconds,
+        })
     }
 
     /// From where its centre crosses the border of the ego's lane to where its body begins or ends to, whichever way.
@@ -385,10 +444,11 @@ impl EgoWindows<'_, '_, '_> {
         });
         for braking in all.iter() {
             if self.leader(braking.steps.0, leaders) == Some(place) {
-                let mut event = self.event(EventKind::Braking, place, Some(place), braking.steps);
-                event.values[Parameter::Deceleration as usize] = Some(braking.most);
-                event.values[Parameter::MeanDeceleration as usize] = Some(braking.mean);
-                found.push(event);
+                found.push(Event {
+                    deceleration: Some(braking.most),
+                    mean_deceleration: Some(braking.mean),
+                    ..self.event(EventKind::Braking, place, Some(place), braking.steps)
+                });
             }
         }
     }

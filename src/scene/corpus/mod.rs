@@ -11,7 +11,7 @@ mod parts;
 mod sampler;
 mod windows;
 
-pub use events::{Driven, Event, EventKind, Exposure, Parameter, ScenarioDriven};
+pub use events::{Driven, Egos, Event, EventKind, Exposure, Parameter, ScenarioDriven};
 pub use manoeuvre::{Manoeuvre, RoadType};
 pub use parts::{Columns, IndexError, Part, PartRow, part_files};
 pub use sampler::{Axis, Candidate, Cell, Coverage, RowCell, SEVERITIES, SampledWindow, Sampler};

@@ -90,12 +90,11 @@ impl EventFilter {
     /// farther, rounded to hundredths towards the harmless side.
     #[must_use]
     pub fn like(event: &Event) -> Self {
-        let mut filter = Self::of_kind(event.kind);
-        let kind = format!("manoeuvre:{}", event.kind.name());
+        let mut filter = Self::of_kind(event.manoeuvre);
+        let kind = format!("manoeuvre:{}", event.manoeuvre.name());
         filter.words.push(kind);
         for parameter in Parameter::ALL {
-            let Some((value, is_low)) = event.value(parameter).zip(parameter.extreme_is_low())
-            else {
+            let Some((value, is_low)) = parameter.of(event).zip(parameter.extreme_is_low()) else {
                 continue;
             };
             let (how, sign, value) = if is_low {
@@ -152,15 +151,15 @@ impl EventFilter {
         let mut fit = Fit::Fits;
         for (test, negated) in &self.tests {
             let holds = match test {
-                EventTest::Kind(any) => any.has(event.kind as usize),
+                EventTest::Kind(any) => any.has(event.manoeuvre as usize),
                 EventTest::Window(WindowTest::Actor(any)) => {
-                    any.has(place(&ObstacleType::ALL, &event.actor))
+                    any.has(place(&ObstacleType::ALL, &event.obstacle_type))
                 }
                 EventTest::Window(WindowTest::Road(any)) => {
                     any.has(place(&RoadType::ALL, &event.road))
                 }
                 EventTest::Window(_) => true,
-                EventTest::Compared(parameter, how, value) => match event.value(*parameter) {
+                EventTest::Compared(parameter, how, value) => match parameter.of(event) {
                     Some(own) => how.holds(own, *value),
                     None => {
                         fit = Fit::Unmeasured;

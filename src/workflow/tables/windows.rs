@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nearmiss_formats::Entry;
 use nearmiss_record::{Cell, Column, Kind, Row, Table};
 use nearmiss_scene::corpus::{
-    Exposure, IndexOptions, IndexedWindow, ScenarioDriven, WindowEgo, for_each_window,
+    Egos, Exposure, IndexOptions, IndexedWindow, ScenarioDriven, WindowEgo, for_each_window,
 };
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::{Measure, SEVERITY_NAMES, Thresholds, measures};
@@ -109,14 +109,15 @@ pub fn window_rows(
         rows.push(window_row(&head, scenario, &window, recorded_id));
     };
     let mut driven = for_each_window(scenario, recorded, options, thresholds, &mut take);
-    for value in driven.events.iter_mut().flat_map(|event| &mut event.values) {
-        *value = value.map(rounded);
-    }
     if entry.is_window() {
         // Others are in several windows of the recording.
         driven.obstacles = Exposure::default();
-        driven.events.retain(|event| event.recorded);
+        driven
+            .events
+            .retain(|event| event.ego_source == Egos::Recorded);
     }
+    let events = driven.events.into_iter();
+    driven.events = events.map(|event| event.rounded(rounded)).collect();
     let driven = ScenarioDriven {
         scenario: visible(&entry.name).into_owned(),
         file: visible(&entry.display()).into_owned(),

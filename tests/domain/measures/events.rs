@@ -62,7 +62,7 @@ fn of(scenario: &Arc<Scenario>, ego: i64) -> Vec<Event> {
 }
 
 fn kinds(events: &[Event]) -> Vec<(EventKind, i64)> {
-    events.iter().map(|e| (e.kind, e.obstacle)).collect()
+    events.iter().map(|e| (e.manoeuvre, e.obstacle)).collect()
 }
 
 /// From `from` to `to` with 1 m/s, from `start` seconds on.
@@ -85,9 +85,9 @@ fn a_cut_in_is_one_event_with_these_parameters() {
         let found = of(&scenario, 10);
         assert_eq!(kinds(&found), [(EventKind::CutIn, 11)], "{found:?}");
         let event = &found[0];
-        assert_eq!(event.steps, (37, 48), "{has_lanes}");
+        assert_eq!((event.first_step, event.last_step), (37, 48), "{has_lanes}");
         let is = |parameter, wanted: f64, off: f64| {
-            let value = event.value(parameter).unwrap();
+            let value = parameter.of(event).unwrap();
             assert!((value - wanted).abs() < off, "{parameter:?}: {value}");
         };
         // 40 − 2·3.7 between centres, 2 m of the ego, 2.062 m of the turned other.
@@ -99,7 +99,7 @@ fn a_cut_in_is_one_event_with_these_parameters() {
         );
         is(Parameter::LateralSpeed, 1.0, 0.02);
         is(Parameter::EgoSpeed, 17.0, 1e-9);
-        assert_eq!(event.value(Parameter::Deceleration), None);
+        assert_eq!(event.deceleration, None);
         // Who is ahead sees nothing.
         assert_eq!(of(&scenario, 11), []);
     }
@@ -155,12 +155,12 @@ fn a_cut_out_has_the_gap_to_what_it_uncovers() {
         ];
         let found = of(&scenario(&cars, has_lanes), 10);
         assert_eq!(kinds(&found), [(EventKind::CutOut, 11)], "{has_lanes}");
-        assert!((57..=59).contains(&found[0].steps.0), "{found:?}");
-        let seconds = found[0].steps.0 as f64 / 10.0;
-        let gap = found[0].value(Parameter::Gap).unwrap();
+        assert!((57..=59).contains(&found[0].first_step), "{found:?}");
+        let seconds = found[0].first_step as f64 / 10.0;
+        let gap = found[0].gap.unwrap();
         assert!((gap - (96.0 - 10.0 * seconds)).abs() < 1e-6, "{gap}");
-        assert!((found[0].value(Parameter::Closing).unwrap() - 10.0).abs() < 1e-6);
-        assert!((found[0].value(Parameter::LateralSpeed).unwrap() - 1.0).abs() < 0.02);
+        assert!((found[0].closing.unwrap() - 10.0).abs() < 1e-6);
+        assert!((found[0].lateral_speed.unwrap() - 1.0).abs() < 0.02);
     }
 }
 
@@ -181,13 +181,13 @@ fn each_braking_of_the_one_ahead_is_an_event() {
         );
         assert_eq!(kinds(&found), [(EventKind::Braking, 11); 2]);
         for (event, most, begins) in [(&found[0], 4.0, 20), (&found[1], 2.0, 70)] {
-            assert!((event.steps.0 - begins).abs() <= 2, "{event:?}");
-            let value = |parameter| event.value(parameter).unwrap();
+            assert!((event.first_step - begins).abs() <= 2, "{event:?}");
+            let value = |parameter| parameter.of(event).unwrap();
             assert!((value(Parameter::Deceleration) - most).abs() < 1e-6);
             assert!((value(Parameter::MeanDeceleration) - most).abs() < 0.1 * most);
             assert!((value(Parameter::EgoSpeed) - 12.0).abs() < 1e-9);
         }
-        let value = |parameter| found[0].value(parameter).unwrap();
+        let value = |parameter| parameter.of(&found[0]).unwrap();
         assert!((value(Parameter::Closing) + 8.0).abs() < 0.5);
         assert!((value(Parameter::Gap) - 46.0).abs() < 1.5);
     }
@@ -267,9 +267,10 @@ fn moved_and_mirrored_scenes_have_the_same_events() {
             let after = events(&by.scene(scene), 50.0);
             assert_eq!(kinds(&after), kinds(&before), "{by:?}");
             for (a, b) in before.iter().zip(&after) {
-                let (first, last) = a.steps;
-                assert_eq!(b.steps, (first + by.steps, last + by.steps), "{by:?}");
-                for (a, b) in a.values.iter().zip(&b.values) {
+                let ends = |of: &Event, more| [of.first_step + more, of.last_step + more];
+                assert_eq!(ends(b, 0), ends(a, by.steps), "{by:?}");
+                for parameter in Parameter::ALL {
+                    let (a, b) = (parameter.of(a), parameter.of(b));
                     let same = match (a, b) {
                         (Some(a), Some(b)) => (a - b).abs() < 1e-6,
                         (a, b) => a == b,
