@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use nearmiss_drive::planner::Cancel;
-use nearmiss_render::{Format, Palette, coverage_picture};
+use nearmiss_render::{Format, Palette, Picture, coverage_picture};
 use nearmiss_scene::corpus::{
     self, Axis, Candidate, Columns, Coverage, IndexError, Part, PartRow, SEVERITIES, SampledWindow,
     Sampler,
@@ -86,7 +86,8 @@ impl json::Output for ShowDocument {
 pub fn show(arguments: &Show) -> Outcome {
     let coverage = coverage(&arguments.folder)?;
     if let Some(path) = &arguments.output {
-        draw(&coverage, path, arguments.overwrite)?;
+        let picture = coverage_picture(&coverage, &Palette::paper());
+        save_picture(&picture, path, arguments.overwrite)?;
     }
     if arguments.format.is_json() {
         output::document(&document(&coverage))
@@ -144,15 +145,15 @@ fn text(coverage: &Coverage) -> String {
     output::table_lines(&rows, &right).collect()
 }
 
-fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
+/// Saves a picture under a name that says its format.
+pub fn save_picture(picture: &Picture, path: &Path, overwrite: bool) -> Outcome {
     let format = Format::of_file(path)
         .filter(|format| format.is_picture())
         .ok_or_else(|| {
             Failure::input(format!("-o {}: name a file .svg or .png", path.display()))
         })?;
-    let picture = coverage_picture(coverage, &Palette::paper());
     let bytes = format
-        .encode(&picture, format.usual_dpi())
+        .encode(picture, format.usual_dpi())
         .map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
     Target::begin(Some(path), overwrite)?.save(&bytes)?;
     output::say(&format!("nearmiss: wrote {}", path.display()));

@@ -16,7 +16,6 @@ use nearmiss_workflow::tables::{
     INDEX_MEASURES, default_index_options, in_order, index_table, window_rows,
 };
 use serde::Serialize;
-use serde_json::json;
 
 use super::ending::interrupted;
 use super::many_files::ManyFiles;
@@ -167,11 +166,11 @@ pub fn measured(entry: &Entry, options: &IndexOptions, thresholds: &Thresholds) 
         None
     });
     let (rows, driven) = window_rows(entry, &scenario, recorded, options, thresholds);
-    Measured {
-        said,
-        rows: Ok(rows),
-        note: Some(json!(driven)),
-    }
+    let (rows, note) = match serde_json::to_value(driven) {
+        Ok(note) => (Ok(rows), Some(note)),
+        Err(error) => (Err(Failure::input(error)), None),
+    };
+    Measured { said, rows, note }
 }
 
 /// Runs `corpus index`.

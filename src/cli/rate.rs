@@ -1,18 +1,18 @@
 //! `nearmiss corpus rate`: how often the egos of an index meet a manoeuvre, per hour and per kilometre.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nearmiss_formats::Entry;
 use nearmiss_record::{CaptionedTable, Record, Table, columns, rows};
-use nearmiss_render::{Format, Palette, Provenance, RateChart, RatePoint};
+use nearmiss_render::{Palette, Picture, Provenance, RateChart, RatePoint};
 use nearmiss_workflow::{
     EventFilter, IndexedEvents, Rate, attack_events, events_that_fit, rates, read_events,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::output::{self, Target};
-use super::{Failure, Outcome};
+use super::corpus::save_picture;
+use super::{Failure, Outcome, output};
 
 /// Arguments of `corpus rate`.
 #[derive(Debug, clap::Args)]
@@ -99,7 +99,7 @@ pub fn run(arguments: &Rates) -> Outcome {
     }
     say_what_it_is(&index, &found);
     if let Some(path) = &arguments.output {
-        draw(&found, path, arguments.overwrite)?;
+        save_picture(&picture(&found), path, arguments.overwrite)?;
     }
     print("rates", &found, arguments.format)
 }
@@ -154,43 +154,40 @@ fn print<R: Record + JsonSchema + Serialize>(
     }
 }
 
-fn draw(found: &[Rate], path: &Path, overwrite: bool) -> Outcome {
-    let format = Format::of_file(path).filter(|format| format.is_picture());
-    let format = format.ok_or_else(|| {
-        Failure::input(format!("-o {}: name a file .svg or .png", path.display()))
-    })?;
+fn picture(found: &[Rate]) -> Picture {
     let row = |rate: &Rate| {
         let what = rate.manoeuvre.map_or("", |kind| kind.name());
-        let point = rate
-            .per_hour
-            .zip(rate.per_hour_ci)
-            .map(|(rate, interval)| RatePoint {
-                rate,
-                interval: interval.into(),
-            });
+        let ends = rate.per_hour.zip(rate.per_hour_ci);
+        let point = ends.map(|(rate, interval)| RatePoint {
+            rate,
+            interval: interval.into(),
+        });
         let name = format!("{what}, {} egos", rate.ego_source.name());
         (name, point.into_iter().collect())
     };
-    let hours: Vec<String> = { found.iter() }
-        .map(|rate| format!("{} {}: {}", rate.ego_source.name(), rate.terms, rate.events))
-        .collect();
-    let picture = RateChart {
+    let counts = found.iter().map(|rate| {
+        let what = rate.manoeuvre.map_or("", |kind| kind.name());
+        let Rate {
+            terms,
+            events,
+            hours,
+            ..
+        } = rate;
+        let ego = rate.ego_source.name();
+        format!("{what} {terms}, {ego}: {events} in {hours:.2} h")
+    });
+    let chart = RateChart {
         axis: "events an hour, with intervals of 95 %".into(),
         rows: found.iter().map(row).collect(),
         palette: Palette::paper(),
         provenance: Provenance {
             title: "nearmiss, rates of events in a corpus".into(),
-            description: hours.join("; "),
+            description: counts.collect::<Vec<_>>().join("; "),
             facts: vec![(
                 "program",
                 concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into(),
             )],
         },
-    }
-    .picture();
-    let bytes = format.encode(&picture, format.usual_dpi());
-    let bytes = bytes.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
-    Target::begin(Some(path), overwrite)?.save(&bytes)?;
-    output::say(&format!("nearmiss: wrote {}", path.display()));
-    Ok(())
+    };
+    chart.picture()
 }

@@ -199,8 +199,8 @@ impl Record for EventLine {
 /// The events of an index that fit a filter.
 #[must_use]
 pub fn events_that_fit(index: &IndexedEvents, filter: &EventFilter) -> Vec<EventLine> {
-    let all = index.scenarios.iter();
-    let all = all.flat_map(|one| one.driven.events.iter().map(move |event| (one, event)));
+    let scenarios = index.scenarios.iter();
+    let all = scenarios.flat_map(|one| one.driven.events.iter().map(move |event| (one, event)));
     let fitting = all.filter(|(_, event)| filter.fit(event) == Fit::Fits);
     let line = |(of, event): (&ScenarioDriven, &Event)| EventLine {
         scenario: of.scenario.clone(),

@@ -11,7 +11,8 @@ fn may_import(module: &str) -> Option<&'static [&'static str]> {
         "geometry" | "system" | "scenario" | "verdict" | "planner" | "prompts" | "llm"
         | "tools" => &[],
         "metrics" | "traffic_rules" => &["scenario"],
-        "corpus" | "description" | "story" => &["metrics", "scenario"],
+        "description" | "story" => &["metrics", "scenario"],
+        "corpus" => &["metrics", "scenario", "story"],
         "judge" => &["metrics", "scenario", "verdict"],
         "simulation" => &["planner"],
         "generation" => &["simulation", "planner"],

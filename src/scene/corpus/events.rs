@@ -370,7 +370,7 @@ impl EgoWindows<'_, '_, '_> {
                 free_in = step + before;
                 if is_new && self.goes_along(place, [first, step]) {
                     found.push(Event {
-                        lateral_speed: self.lateral_speed(place, (first, step)),
+                        lateral_speed: self.lateral_speed(place, [first, step]),
                         ..self.event(kind, place, Some(place), (first, step))
                     });
                 }
@@ -380,7 +380,7 @@ impl EgoWindows<'_, '_, '_> {
                 if self.goes_along(place, [step, last]) {
                     let uncovered = self.leader(last, leaders);
                     found.push(Event {
-                        lateral_speed: self.lateral_speed(place, (step, last)),
+                        lateral_speed: self.lateral_speed(place, [step, last]),
                         ..self.event(EventKind::CutOut, place, uncovered, (last, last))
                     });
                 }
@@ -401,7 +401,7 @@ impl EgoWindows<'_, '_, '_> {
     }
 
     /// The other's mean speed across the way between two steps, m/s; at a single one, its speed across.
-    fn lateral_speed(&self, place: usize, (first, last): (i64, i64)) -> Option<f64> {
+    fn lateral_speed(&self, place: usize, [first, last]: [i64; 2]) -> Option<f64> {
         let at = |step| Some(self.context.along_way(place, step)?[1]);
         let (from, to) = (at(first)?, at(last)?);
         Some(match (last - first) as f64 * self.scene.scenario.dt() {

@@ -242,8 +242,8 @@ impl Part {
     /// # Errors
     /// It does not say so, or not as this version does.
     pub fn driven(&self) -> Result<Vec<ScenarioDriven>, IndexError> {
-        let text = known(&self.reader, DRIVEN);
-        let text = text.ok_or_else(|| IndexError::NoEvents(self.path.clone()))?;
+        let text =
+            known(&self.reader, DRIVEN).ok_or_else(|| IndexError::NoEvents(self.path.clone()))?;
         serde_json::from_str(&text).map_err(|e| foreign(&self.path, visible(&e.to_string())))
     }
 

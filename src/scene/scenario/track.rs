@@ -198,8 +198,8 @@ impl Track {
     pub fn driven(&self, dt: f64) -> (f64, f64) {
         let runs = self.motions.chunk_by(|a, b| a.0 + 1 == b.0);
         runs.fold((0.0, 0.0), |(seconds, metres), run| {
-            let legs = way(run);
-            let legs = legs.windows(2).map(|ends| (ends[1] - ends[0]).norm());
+            let places = way(run);
+            let legs = places.windows(2).map(|ends| (ends[1] - ends[0]).norm());
             (
                 seconds + (run.len() - 1) as f64 * dt,
                 metres + legs.sum::<f64>(),

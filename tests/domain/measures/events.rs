@@ -86,7 +86,7 @@ fn a_cut_in_is_one_event_with_these_parameters() {
         assert_eq!(kinds(&found), [(EventKind::CutIn, 11)], "{found:?}");
         let event = &found[0];
         assert_eq!((event.first_step, event.last_step), (37, 48), "{has_lanes}");
-        let is = |parameter, wanted: f64, off: f64| {
+        let is = |parameter: Parameter, wanted: f64, off: f64| {
             let value = parameter.of(event).unwrap();
             assert!((value - wanted).abs() < off, "{parameter:?}: {value}");
         };
@@ -182,12 +182,12 @@ fn each_braking_of_the_one_ahead_is_an_event() {
         assert_eq!(kinds(&found), [(EventKind::Braking, 11); 2]);
         for (event, most, begins) in [(&found[0], 4.0, 20), (&found[1], 2.0, 70)] {
             assert!((event.first_step - begins).abs() <= 2, "{event:?}");
-            let value = |parameter| parameter.of(event).unwrap();
+            let value = |parameter: Parameter| parameter.of(event).unwrap();
             assert!((value(Parameter::Deceleration) - most).abs() < 1e-6);
             assert!((value(Parameter::MeanDeceleration) - most).abs() < 0.1 * most);
             assert!((value(Parameter::EgoSpeed) - 12.0).abs() < 1e-9);
         }
-        let value = |parameter| parameter.of(&found[0]).unwrap();
+        let value = |parameter: Parameter| parameter.of(&found[0]).unwrap();
         assert!((value(Parameter::Closing) + 8.0).abs() < 0.5);
         assert!((value(Parameter::Gap) - 46.0).abs() < 1.5);
     }
