@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use nearmiss_drive::planner::Cancel;
-use nearmiss_render::{Format, Palette, coverage_picture};
+use nearmiss_render::{Format, Palette, Picture, coverage_picture};
 use nearmiss_scene::corpus::{
     self, Axis, Candidate, Columns, Coverage, IndexError, Part, PartRow, SEVERITIES, SampledWindow,
     Sampler,
@@ -16,7 +16,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::output::{self, Target};
-use super::{Failure, Outcome, find, index, json};
+use super::{Failure, Outcome, find, index, json, rate};
 
 /// Subcommands of `corpus`.
 #[derive(Debug, clap::Subcommand)]
@@ -25,6 +25,8 @@ pub enum Corpus {
     Index(Box<index::Index>),
     /// Count the windows of an index by manoeuvre, road and severity.
     Show(index::Show),
+    /// How often egos of an index meet a manoeuvre: events per hour and per kilometre, with intervals.
+    Rate(rate::Rates),
     /// Find the windows of an index that a sentence means.
     Find(find::Find),
     /// Draw scenarios or windows from an index so that they cover it.
@@ -36,6 +38,7 @@ pub fn run(command: &Corpus) -> Outcome {
     match command {
         Corpus::Index(arguments) => index::run(arguments),
         Corpus::Show(arguments) => index::show(arguments),
+        Corpus::Rate(arguments) => rate::run(arguments),
         Corpus::Find(arguments) => find::run(arguments),
         Corpus::Sample(arguments) => sample(arguments),
     }
@@ -83,7 +86,8 @@ impl json::Output for ShowDocument {
 pub fn show(arguments: &Show) -> Outcome {
     let coverage = coverage(&arguments.folder)?;
     if let Some(path) = &arguments.output {
-        draw(&coverage, path, arguments.overwrite)?;
+        let picture = coverage_picture(&coverage, &Palette::paper());
+        save_picture(&picture, path, arguments.overwrite)?;
     }
     if arguments.format.is_json() {
         output::document(&document(&coverage))
@@ -141,15 +145,15 @@ fn text(coverage: &Coverage) -> String {
     output::table_lines(&rows, &right).collect()
 }
 
-fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
+/// Saves a picture under a name that says its format.
+pub fn save_picture(picture: &Picture, path: &Path, overwrite: bool) -> Outcome {
     let format = Format::of_file(path)
         .filter(|format| format.is_picture())
         .ok_or_else(|| {
             Failure::input(format!("-o {}: name a file .svg or .png", path.display()))
         })?;
-    let picture = coverage_picture(coverage, &Palette::paper());
     let bytes = format
-        .encode(&picture, format.usual_dpi())
+        .encode(picture, format.usual_dpi())
         .map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
     Target::begin(Some(path), overwrite)?.save(&bytes)?;
     output::say(&format!("nearmiss: wrote {}", path.display()));

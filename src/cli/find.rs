@@ -13,7 +13,6 @@ use super::open::{configuration, judge_of, user_thresholds};
 use super::output::Target;
 use super::{Failure, Outcome, ask, ending, json, output};
 use nearmiss_ask::llm::Parameters;
-use nearmiss_base::system::{columns, pad_end};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::Thresholds;
@@ -359,20 +358,7 @@ fn table(document: &FindDocument, found: &FoundWindows) -> String {
         known.into_iter().chain(values).collect::<Vec<String>>()
     });
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(rows).collect();
-    let widths: Vec<usize> = (0..rows[0].len())
-        .map(|at| rows.iter().map(|row| columns(&row[at])).max().unwrap_or(0))
-        .collect();
-    let mut text = String::new();
-    for row in rows {
-        let cells = row
-            .iter()
-            .zip(&widths)
-            .map(|(cell, width)| pad_end(cell, *width));
-        let line = cells.collect::<Vec<_>>().join("  ");
-        text.push_str(line.trim_end());
-        text.push('\n');
-    }
-    text
+    output::table_lines(&rows, &[]).collect()
 }
 
 fn write(arguments: &Find, document: &FindDocument, text: &str) -> Outcome {

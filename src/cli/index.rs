@@ -113,6 +113,8 @@ struct IndexSettings<'a> {
     own_measures: Vec<String>,
     /// What the user's file changes.
     thresholds: Vec<String>,
+    /// That parts have events: those of earlier ones have none.
+    events: bool,
 }
 
 /// The index of a folder.
@@ -131,6 +133,7 @@ pub fn request<'a>(
         measures: options.measures.iter().map(|measure| measure.id).collect(),
         own_measures: if has_own { own_formulas() } else { Vec::new() },
         thresholds: thresholds.change_words(),
+        events: true,
     };
     Ok(PartsRequest {
         command: "index",
@@ -140,13 +143,34 @@ pub fn request<'a>(
         table: index_table(options, thresholds),
         settings: RunSettings::new(&settings).map_err(Failure::input)?,
         per_part: PER_PART,
+        notes: Some("driven"),
     })
 }
 
 /// The windows of a scenario.
 pub fn measured(entry: &Entry, options: &IndexOptions, thresholds: &Thresholds) -> Measured {
-    let (said, rows) = indexed(entry, options, thresholds);
-    Measured { said, rows }
+    let scenario = match entry.read() {
+        Ok(scenario) => scenario,
+        Err(error) => {
+            return Measured {
+                said: Vec::new(),
+                rows: Err(Failure::input(error)),
+                note: None,
+            };
+        }
+    };
+    let mut said = Vec::new();
+    // The pairs of obstacles are worth measuring without it.
+    let recorded = entry.recorded_ego(&scenario).unwrap_or_else(|error| {
+        said.push(format!("nearmiss: {error}; indexed without this ego"));
+        None
+    });
+    let (rows, driven) = window_rows(entry, &scenario, recorded, options, thresholds);
+    let (rows, note) = match serde_json::to_value(driven) {
+        Ok(note) => (Ok(rows), Some(note)),
+        Err(error) => (Err(Failure::input(error)), None),
+    };
+    Measured { said, rows, note }
 }
 
 /// Runs `corpus index`.
@@ -212,26 +236,6 @@ fn printed(
         |entry| measured(entry, options, thresholds),
         || {},
     )
-}
-
-/// The rows of a scenario, and what is doubtful about its ego.
-fn indexed(
-    entry: &Entry,
-    options: &IndexOptions,
-    thresholds: &Thresholds,
-) -> (Vec<String>, Result<Vec<Row>, Failure>) {
-    let scenario = match entry.read() {
-        Ok(scenario) => scenario,
-        Err(error) => return (Vec::new(), Err(Failure::input(error))),
-    };
-    let mut said = Vec::new();
-    // The pairs of obstacles are worth measuring without it.
-    let recorded = entry.recorded_ego(&scenario).unwrap_or_else(|error| {
-        said.push(format!("nearmiss: {error}; indexed without this ego"));
-        None
-    });
-    let rows = window_rows(entry, &scenario, recorded, options, thresholds);
-    (said, Ok(rows))
 }
 
 /// How many pairs the rows are of; those of a pair stand together.

@@ -32,6 +32,7 @@ mod parts;
 mod plan;
 mod prompt;
 mod prompts;
+mod rate;
 mod ratings;
 mod render;
 mod report;

@@ -37,6 +37,8 @@ pub struct PartsRequest<'a> {
     pub settings: RunSettings,
     /// Scenarios in a part.
     pub per_part: usize,
+    /// The key of the list of notes in the metadata of a part, where scenarios have any.
+    pub notes: Option<&'static str>,
 }
 
 /// The rows of a scenario.
@@ -45,6 +47,8 @@ pub struct Measured {
     pub said: Vec<String>,
     /// Its rows, or why there are none.
     pub rows: Result<Vec<Row>, Failure>,
+    /// What its part has of it beside the rows.
+    pub note: Option<serde_json::Value>,
 }
 
 /// What was done.
@@ -161,6 +165,7 @@ struct Part<'a> {
     same: Vec<&'a Entry>,
     /// Begun where one has changed.
     table: Option<TableWriter>,
+    notes: Vec<serde_json::Value>,
     failed: usize,
     rows: u64,
 }
@@ -282,6 +287,7 @@ impl<'a> PartWriter<'a> {
     }
 
     fn rows(&mut self, measured: Measured) -> Outcome {
+        self.part.notes.extend(measured.note);
         match measured.rows {
             Err(failure) => {
                 self.part.failed += 1;
@@ -302,7 +308,7 @@ impl<'a> PartWriter<'a> {
     fn finish_part(&mut self) -> Outcome {
         let number = (self.next - 1) / self.request.per_part;
         let part = std::mem::take(&mut self.part);
-        let Some(table) = part.table else {
+        let Some(mut table) = part.table else {
             let unit = self.journal.finished(&name(number));
             let notes = unit.and_then(|unit| PartNotes::deserialize(&unit.notes).ok());
             let PartNotes { failed, rows } = notes.unwrap_or_default();
@@ -311,6 +317,9 @@ impl<'a> PartWriter<'a> {
             return Ok(());
         };
         self.new_rows += part.rows;
+        if let Some(key) = self.request.notes {
+            table.note(key, serde_json::Value::Array(part.notes).to_string());
+        }
         let done = table.finish();
         self.written(done)?.finish()?;
         let file = Path::new(&shard_folder(self.request)).join(name(number));

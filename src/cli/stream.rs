@@ -59,7 +59,7 @@ impl TableStream<'_> {
             .run(
                 entries,
                 |entry| {
-                    let Measured { said, rows } = rows(entry);
+                    let Measured { said, rows, .. } = rows(entry);
                     Some((said, rows.map(|rows| self.table.encode(self.format, rows))))
                 },
                 |_, (said, rows)| {

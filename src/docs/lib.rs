@@ -97,6 +97,8 @@ topics! {
         "Thousands of scenarios: parts for several machines, continuing, an index, samples";
     finding, "finding", "finding.md", [],
         "Windows of an index by terms, or by a sentence that a model writes as terms";
+    rates, "rates", "rates.md", [],
+        "How often a corpus holds a manoeuvre: events, parameters, rates with intervals";
     clusters, "clusters", "clusters.md", [],
         "Slurm job arrays, and parts of an experiment asked by several persons";
     store, "store", "store.md", ["runs"],

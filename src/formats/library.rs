@@ -122,6 +122,15 @@ impl Entry {
             .is_some_and(|file| dispatch::is_recording(&file))
     }
 
+    /// Whether it is a part of a long recording, around one of its tracks.
+    #[must_use]
+    pub fn is_window(&self) -> bool {
+        match &self.place {
+            EntryLocation::File(path) => path.to_string_lossy().contains("#track="),
+            EntryLocation::Bundled(_) => false,
+        }
+    }
+
     /// The name of the file in messages.
     #[must_use]
     pub fn display(&self) -> String {

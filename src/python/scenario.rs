@@ -391,7 +391,7 @@ impl Scenario {
             Ok(scene) if self.asked == SimulatedEgo::Planned => Some(scene.ego.clone()),
             _ => { self.entry.recorded_ego(&self.scenario) }.map_err(Problem::new)?,
         };
-        let rows = window_rows(
+        let (rows, _) = window_rows(
             &self.entry,
             &self.scenario,
             recorded,

@@ -118,20 +118,20 @@ pub fn line(gap: &str, columns: &[Align], cells: &[impl AsRef<str>]) -> String {
 }
 
 /// Lines of cells, each column as wide as its widest cell; those at the places `right` are aligned to the right.
-pub fn lines<const N: usize>(
-    rows: &[[String; N]],
-    right: &[usize],
-) -> impl Iterator<Item = String> {
-    let aligned: [Align; N] = std::array::from_fn(|place| {
-        let widths = rows.iter().map(|row| columns(&visible(&row[place])));
-        let width = widths.max().unwrap_or(0);
+pub fn lines<R: AsRef<[String]>>(rows: &[R], right: &[usize]) -> impl Iterator<Item = String> {
+    let count = rows.iter().map(|row| row.as_ref().len()).max().unwrap_or(0);
+    let align = |place: usize| {
+        let cells = rows.iter().filter_map(|row| row.as_ref().get(place));
+        let width = cells.map(|cell| columns(&visible(cell))).max().unwrap_or(0);
         if right.contains(&place) {
             Align::Right(width)
         } else {
             Align::Left(width)
         }
-    });
-    rows.iter().map(move |row| line("  ", &aligned, row))
+    };
+    let aligned: Vec<Align> = (0..count).map(align).collect();
+    rows.iter()
+        .map(move |row| line("  ", &aligned, row.as_ref()))
 }
 
 /// The columns that have a heading, line by line for people: numbers to the right, texts to the left.

@@ -89,6 +89,15 @@ impl<W: Write + Send> TableWriter<W> {
         }
     }
 
+    /// Says something in the metadata of Parquet that is known only behind the rows; other formats have no place for it.
+    pub fn note(&mut self, key: &str, value: String) {
+        if let Self::Columns(file) = self
+            && let Sink::Parquet(file) = &mut file.sink
+        {
+            file.append_key_value_metadata(metadata(key, value));
+        }
+    }
+
     /// Ends the table; it is not yet in its place.
     ///
     /// # Errors
@@ -120,7 +129,7 @@ impl<W: Write + Send> ColumnsFile<W> {
     fn parquet(out: W, table: &Table) -> io::Result<Self> {
         let metadata = table.metadata.iter();
         let entries: Vec<KeyValue> = metadata
-            .map(|(key, value)| KeyValue::new(format!("nearmiss.{key}"), value.clone()))
+            .map(|(key, value)| self::metadata(key, value.clone()))
             .collect();
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
@@ -182,6 +191,10 @@ impl<W: Write + Send> ColumnsFile<W> {
             Sink::Arrow(stream) => stream.write(&batch).map_err(of_arrow),
         }
     }
+}
+
+fn metadata(key: &str, value: String) -> KeyValue {
+    KeyValue::new(format!("nearmiss.{key}"), value)
 }
 
 /// What the system said, where it was that: a pipe that is closed is no error of the table.

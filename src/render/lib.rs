@@ -29,7 +29,8 @@ mod view;
 
 pub use animation::{AnimationError, animate};
 pub use chart::{
-    Axis as ChartAxis, Bar, BarChart, ChartPoint, ChartSeries, PointChart, coverage_picture,
+    Axis as ChartAxis, Bar, BarChart, ChartPoint, ChartSeries, PointChart, RateChart, RatePoint,
+    coverage_picture,
 };
 pub use display::{Anchor, Area, Format, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
 pub use figure::{

@@ -17,6 +17,7 @@
 //! - [`variant`]: what was made of a scenario, records of it, and its files
 //! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
 //! - [`search_index`]: the windows of an index that a filter lets through
+//! - [`rates`], [`foreseeability`]: how often the egos of an index meet a manoeuvre
 //! - [`write_filter`]: a model writes the filter that a sentence means
 //! - [`answer_page`]: the answers of a report with their texts, claims and pictures
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
@@ -48,6 +49,7 @@ mod original;
 mod overview;
 mod plan;
 mod question;
+mod rate;
 mod reading;
 mod scenario_filter;
 mod simulator_export;
@@ -94,7 +96,12 @@ pub use plan::{
     prepare_opened, prepare_read,
 };
 pub use question::{DescribedWindow, QuestionRequest, described, question};
+pub use rate::{
+    EventLine, IndexedEvents, Rate, attack_events, events_that_fit, foreseeability, rates,
+    read_events,
+};
 pub use reading::{named_tables, read_as_said};
+pub use scenario_filter::event_terms::EventFilter;
 pub use scenario_filter::selector::{FilterError, FilterRequest, WrittenFilter, write_filter};
 pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,

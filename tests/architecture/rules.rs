@@ -11,7 +11,8 @@ fn may_import(module: &str) -> Option<&'static [&'static str]> {
         "geometry" | "system" | "scenario" | "verdict" | "planner" | "prompts" | "llm"
         | "tools" => &[],
         "metrics" | "traffic_rules" => &["scenario"],
-        "corpus" | "description" | "story" => &["metrics", "scenario"],
+        "description" | "story" => &["metrics", "scenario"],
+        "corpus" => &["metrics", "scenario", "story"],
         "judge" => &["metrics", "scenario", "verdict"],
         "simulation" => &["planner"],
         "generation" => &["simulation", "planner"],
@@ -28,7 +29,7 @@ const SHARED: [&str; 5] = ["base", "scene", "drive", "ask", "study"];
 const FACES: [&str; 2] = ["cli", "tui"];
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 31] = [
+const HOMES: [(&str, &[&str]); 32] = [
     ("ratatui", &["tui/", "render/cells/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap/"]),
     ("reqwest", &["ask/llm/"]),
@@ -102,6 +103,7 @@ const HOMES: [(&str, &[&str]); 31] = [
             "python/table.rs",
         ],
     ),
+    ("statrs", &["study/evaluation/statistics/"]),
     ("pyo3", &["python/"]),
     (
         "parquet",

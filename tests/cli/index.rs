@@ -118,6 +118,95 @@ fn an_index_with_other_severities_is_refused() {
 }
 
 #[test]
+fn rates_of_shards_add_up_and_are_narrowed_by_terms() {
+    let home = Home::new();
+    indexed(&home);
+    let names: Vec<&str> = BUNDLED.iter().map(|(name, _)| *name).collect();
+    for shard in ["1/2", "2/2"] {
+        let run = ["corpus", "index", "-o", "halves", "--shard", shard];
+        home.run(&[&run[..], &names].concat()).status(0);
+    }
+    let rates = |more: &[&str]| {
+        let run = home.run(&[&["corpus", "rate"], more, &["--format=json"]].concat());
+        let lines = run.status(0).stdout;
+        let rows = lines
+            .lines()
+            .map(|line| serde_json::from_str(line).unwrap());
+        rows.collect::<Vec<serde_json::Value>>()
+    };
+    let all = rates(&["index"]);
+    assert_eq!(all.len(), 8, "four manoeuvres, two kinds of egos");
+    for (whole, halves) in all.iter().zip(rates(&["halves"])) {
+        for key in ["manoeuvre", "ego_source", "egos", "events", "recordings"] {
+            assert_eq!(whole[key], halves[key], "{key}");
+        }
+        let near = |key: &str| {
+            let [a, b] = [whole, &halves].map(|row| row[key].as_f64().unwrap());
+            (a - b).abs() < 1e-9
+        };
+        assert!(near("hours") && near("kilometres") && near("per_hour"));
+    }
+    let recorded = &all[0];
+    assert_eq!(recorded["events"], 1, "{recorded}");
+    let hours = recorded["hours"].as_f64().unwrap();
+    let high = recorded["per_hour_ci"][1].as_f64().unwrap();
+    assert!((high * hours - 5.571_643).abs() < 1e-3, "that of one event");
+    // The cut-in is as extreme as itself, and a little more is none.
+    let like = rates(&["index", "--like", CUT_IN]);
+    assert_eq!(like.len(), 2);
+    assert_eq!(
+        (&like[0]["events"], &like[1]["events"]),
+        (&1.into(), &0.into())
+    );
+    let events = home.run(&[
+        "corpus",
+        "rate",
+        "index",
+        "manoeuvre:cut_in",
+        "--events",
+        "--format=json",
+    ]);
+    let event = events.status(0).json();
+    let gap = format!("gap<{}", event["gap"]);
+    assert_eq!(rates(&["index", "manoeuvre:cut_in", &gap])[0]["events"], 0);
+    home.run(&["corpus", "rate", "index", "-o", "rates.svg"])
+        .status(0)
+        .says(&["8 recordings", "independent", "wrote rates.svg"]);
+    let svg = std::fs::read_to_string(home.files().join("rates.svg")).unwrap();
+    assert!(svg.contains("cut_in, recorded egos"));
+    for (terms, says) in [
+        ("manoeuvre:following", "cut_in, merging, cut_out, braking"),
+        ("gap<", "has no value"),
+        ("gpa<3", "gap"),
+        ("tag:x", "no term of events"),
+    ] {
+        home.run(&["corpus", "rate", "index", terms])
+            .status(2)
+            .says(&[says]);
+    }
+    home.run(&["corpus", "rate", "index", "gap<80"])
+        .status(0)
+        .says(&["farther than 50 m"]);
+}
+
+/// As those of before events were measured.
+#[test]
+fn an_index_without_events_is_shown_and_has_no_rates() {
+    let home = Home::new();
+    indexed(&home);
+    let part = home.files().join("index/shard=1-of-1/part-00000.parquet");
+    let mut bytes = std::fs::read(&part).unwrap();
+    let key = b"nearmiss.driven";
+    let at = bytes.windows(key.len()).rposition(|part| part == key);
+    bytes[at.unwrap() + key.len() - 1] = b'x';
+    std::fs::write(&part, bytes).unwrap();
+    home.run(&["corpus", "show", "index"]).status(0);
+    home.run(&["corpus", "rate", "index"])
+        .status(2)
+        .says(&["no events and no hours driven", "--overwrite"]);
+}
+
+#[test]
 fn mistakes_are_named() {
     let home = Home::new();
     home.run(&["corpus", "index", CUT_IN])

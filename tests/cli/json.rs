@@ -162,6 +162,14 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             vec!["corpus", "show", "index", "--format=json"],
         ),
         (
+            "corpus-rate",
+            vec!["corpus", "rate", "index", "--format=json"],
+        ),
+        (
+            "corpus-event",
+            vec!["corpus", "rate", "index", "--events", "--format=json"],
+        ),
+        (
             "corpus-sample",
             vec!["corpus", "sample", "index", "--format=json"],
         ),

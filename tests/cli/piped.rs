@@ -23,6 +23,8 @@ const WRITING: &[&[&str]] = &[
     &["corpus", "index", CUT_IN, "-o", "-"],
     &["corpus", "show", "index"],
     &["corpus", "show", "index", "--format=json"],
+    &["corpus", "rate", "index"],
+    &["corpus", "rate", "index", "--events", "--format=csv"],
     &["corpus", "sample", "index"],
     &["corpus", "sample", "index", "--format=json"],
     &["corpus", "find", "manoeuvre:cut_in", "--index", "index"],

@@ -3,6 +3,7 @@
 
 mod contacts;
 mod definitions;
+mod events;
 mod expected;
 mod impacts;
 mod invariance;

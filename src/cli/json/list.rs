@@ -8,7 +8,7 @@ use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
 use nearmiss_workflow::drive::DriveRecord;
 use nearmiss_workflow::variant::VariantLine;
-use nearmiss_workflow::{AskDocument, ScenarioRow};
+use nearmiss_workflow::{AskDocument, EventLine, Rate, ScenarioRow};
 
 use super::derived::{Derived, derived, noun};
 use crate::{
@@ -58,9 +58,11 @@ pub const DERIVED: &[Derived] = &[
     derived::<tune::TuneDocument>(),
     derived::<tune::TuneDryRunDocument>(),
     noun::<BatchRecord<'static>>(),
+    noun::<EventLine>(),
     noun::<ImageRecord<'static>>(),
     noun::<QuestionRecord<'static>>(),
     noun::<RatingRecord<'static>>(),
+    noun::<Rate>(),
     noun::<RaterAgreement>(),
     noun::<RunRecord<'static>>(),
     noun::<Standing>(),

@@ -181,6 +181,7 @@ fn make(
         measured.unwrap_or_else(|why| Measured {
             said: Vec::new(),
             rows: Err(Failure::input(why)),
+            note: None,
         })
     };
     let request = request(folder, many, false, &options, thresholds).map_err(message)?;

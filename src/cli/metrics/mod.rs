@@ -140,6 +140,7 @@ impl Plan<'_> {
                 return Measured {
                     said: Vec::new(),
                     rows: Err(failure),
+                    note: None,
                 };
             }
         };
@@ -147,6 +148,7 @@ impl Plan<'_> {
         Measured {
             said,
             rows: rows.map_err(|why| Failure::input(format!("{}: {why}", entry.display()))),
+            note: None,
         }
     }
 

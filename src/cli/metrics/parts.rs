@@ -59,6 +59,7 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
         })
         .map_err(Failure::input)?,
         per_part: PER_PART,
+        notes: None,
     };
     let done = write(request, &entries, &stop, |entry| plan.measured(entry));
     done?.end("measured")

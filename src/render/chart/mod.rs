@@ -1,5 +1,9 @@
 //! Charts of numbers with intervals, in the look of the other figures: bars, points over two axes, and cells of a corpus.
 
+mod rate;
+
+pub use rate::{RateChart, RatePoint};
+
 use nearmiss_scene::corpus::{Coverage, SEVERITIES};
 use nearmiss_scene::metrics::SEVERITY_NAMES;
 

@@ -2,16 +2,21 @@
 //!
 //! [`for_each_window`] measures the windows of one scenario, [`Coverage`] counts them, and [`Sampler`] draws windows so
 //! that they cover what is there. [`for_each_window`] finds what is worth looking at in a long recording. [`Part`] reads a part of
-//! an index, and [`CorpusIndex`] all of them.
+//! an index, and [`CorpusIndex`] all of them. [`events()`] has what happens to one ego, once each, with its parameters.
 
+mod events;
+mod lanes;
+mod manoeuvre;
 mod parts;
 mod sampler;
 mod windows;
 
+pub use events::{Driven, Egos, Event, EventKind, Exposure, Parameter, ScenarioDriven};
+pub use manoeuvre::{Manoeuvre, RoadType};
 pub use parts::{Columns, IndexError, Part, PartRow, part_files};
 pub use sampler::{Axis, Candidate, Cell, Coverage, RowCell, SEVERITIES, SampledWindow, Sampler};
 pub use windows::{
-    IndexOptions, IndexedWindow, Manoeuvre, RoadType, WindowEgo, WorstMoment, dangerous_follower,
+    IndexOptions, IndexedWindow, WindowEgo, WorstMoment, dangerous_follower, events,
     for_each_window, window_of_moment, worst_moments,
 };
 

@@ -10,6 +10,7 @@ use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 
+use super::events::ScenarioDriven;
 use crate::metrics::SEVERITY_NAMES;
 use nearmiss_base::system;
 
@@ -57,6 +58,9 @@ pub enum IndexError {
     /// A part whose severities are others: risk scores, as before there were grades.
     #[error("{}: its severities are of another scale than {}; run `nearmiss corpus index` again with --overwrite", .0.display(), SEVERITY_NAMES.join(", "))]
     OtherSeverities(PathBuf),
+    /// A part without what its egos met and how far they drove, as before these were measured.
+    #[error("{}: it has no events and no hours driven; run `nearmiss corpus index` again with --overwrite", .0.display())]
+    NoEvents(PathBuf),
 }
 
 /// The parts of an index in a folder, in order.
@@ -178,6 +182,12 @@ const BLOCK: usize = 4096;
 /// The key of the version in the metadata of a part.
 const VERSION: &str = "nearmiss.version";
 
+/// The key of how far it looked.
+const RADIUS: &str = "nearmiss.radius";
+
+/// The key of what its egos met.
+const DRIVEN: &str = "nearmiss.driven";
+
 /// The key of the names of its severities.
 const SEVERITIES: &str = "nearmiss.severities";
 
@@ -194,11 +204,7 @@ impl Part {
         system::check_file(path).map_err(|e| io(&e))?;
         let file = File::open(path).map_err(|e| io(&e))?;
         let reader = SerializedFileReader::new(file).map_err(|e| damaged(path, &e))?;
-        let metadata = reader.metadata().file_metadata();
-        let known = |key: &str| {
-            let mut entries = metadata.key_value_metadata().into_iter().flatten();
-            entries.find(|entry| entry.key == key)?.value.clone()
-        };
+        let known = |key: &str| known(&reader, key);
         match known(VERSION) {
             Some(version) if version == env!("CARGO_PKG_VERSION") => {
                 if known(SEVERITIES).is_some_and(|names| names == SEVERITY_NAMES.join(",")) {
@@ -223,6 +229,22 @@ impl Part {
     pub fn rows(&self) -> u64 {
         let rows = self.reader.metadata().file_metadata().num_rows();
         u64::try_from(rows).unwrap_or(0)
+    }
+
+    /// Pairs farther apart were not looked at, metres.
+    #[must_use]
+    pub fn radius(&self) -> Option<f64> {
+        known(&self.reader, RADIUS)?.parse().ok()
+    }
+
+    /// What the egos of its scenarios met, and how far they drove.
+    ///
+    /// # Errors
+    /// It does not say so, or not as this version does.
+    pub fn driven(&self) -> Result<Vec<ScenarioDriven>, IndexError> {
+        let text =
+            known(&self.reader, DRIVEN).ok_or_else(|| IndexError::NoEvents(self.path.clone()))?;
+        serde_json::from_str(&text).map_err(|e| foreign(&self.path, visible(&e.to_string())))
     }
 
     /// Hands out these columns row by row, until `each` breaks off.
@@ -332,6 +354,13 @@ impl Part {
         };
         names.iter().map(place).collect()
     }
+}
+
+/// What a part says of itself.
+fn known(reader: &SerializedFileReader<File>, key: &str) -> Option<String> {
+    let metadata = reader.metadata().file_metadata().key_value_metadata();
+    let mut entries = metadata.into_iter().flatten();
+    entries.find(|entry| entry.key == key)?.value.clone()
 }
 
 fn columns(

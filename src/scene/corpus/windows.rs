@@ -1,19 +1,21 @@
 //! Measures every window of every pair of road users in a scenario: its most severe moment, its manoeuvre and its road.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::cmp::Ordering;
+use std::collections::HashMap;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use nearmiss_base::geometry::angle_between;
 use rayon::prelude::*;
-use strum::{IntoStaticStr, VariantArray};
 
+use super::events::{Driven, Event};
+use super::lanes::{Lanelets, LanesUnder};
+use super::manoeuvre::{Manoeuvre, PairMotion, RoadType};
 use super::{CellWindows, WindowPlace};
 use crate::metrics::{Context, CriticalMoment, Grade, Measure, Moments, PairMoments, Thresholds};
-use crate::scenario::{
-    Ego, EgoSource, LaneRelation, LaneRelations, LaneletNetwork, LaneletType, Motion, ObstacleRole,
-    Scenario, Scene, Track,
-};
+use crate::scenario::{Ego, EgoSource, LaneRelation, Motion, ObstacleRole, Scenario, Scene, Track};
+use crate::story::Braking;
 
 /// How windows are cut and what is measured in them.
 #[derive(Debug, Clone)]
@@ -64,14 +66,17 @@ pub struct IndexedWindow {
 /// Turns are looked for so long before and after a window, seconds.
 const TURN_MARGIN: f64 = 2.0;
 
-/// Measures the windows of a scenario, with each track in turn as the ego, and the recorded ego if there is one.
+/// Measures the windows of a scenario, with each track in turn as the ego, and the recorded ego if there is one; what
+/// happened to these egos, and how far they drove.
 pub fn for_each_window(
     scenario: &Arc<Scenario>,
     recorded: Option<Ego>,
     options: &IndexOptions,
     thresholds: &Thresholds,
     take: &mut dyn FnMut(IndexedWindow),
-) {
+) -> Driven {
+    let shared = Shared::new(scenario);
+    let mut driven = Driven::default();
     let recorded = recorded.map(|ego| (WindowEgo::Recorded, Scene::new(Arc::clone(scenario), ego)));
     let tracks = scenario.possible_egos().into_iter().filter_map(|id| {
         let scene = Scene::with_obstacle_as_ego(Arc::clone(scenario), id).ok()?;
@@ -79,18 +84,26 @@ pub fn for_each_window(
     });
     for (ego, scene) in recorded.into_iter().chain(tracks) {
         let context = Context::under(&scene, thresholds);
-        let egos = EgoWindows {
-            ego,
-            moments: Moments::new(&context),
-            context: &context,
-            scene: &scene,
-            options,
-            lanes: scene.steps().map(|_| OnceCell::new()).collect(),
-        };
+        let egos = EgoWindows::new(ego, &context, options, &shared);
         for place in 0..context.participants().len() {
             egos.of_pair(place, take);
         }
+        driven.add(&egos);
     }
+    driven
+}
+
+/// What happens to the ego of a scene, as an index has it; others farther than `radius` metres do not matter.
+#[must_use]
+pub fn events(scene: &Scene, radius: f64) -> Vec<Event> {
+    let (shared, context) = (Shared::new(&scene.scenario), Context::new(scene));
+    let options = IndexOptions {
+        length: 2.0 * AROUND_MOMENT,
+        stride: AROUND_MOMENT,
+        radius,
+        measures: Vec::new(),
+    };
+    EgoWindows::new(WindowEgo::of(scene), &context, &options, &shared).events()
 }
 
 /// A moment is seen with so many seconds before and after it.
@@ -101,24 +114,14 @@ const AROUND_MOMENT: f64 = 1.0;
 #[must_use]
 pub fn window_of_moment(context: &Context<'_>, moment: &CriticalMoment) -> Option<CellWindows> {
     let scene = context.scene();
-    let (ego, ego_id) = match scene.ego.source {
-        EgoSource::Obstacle(id) => (WindowEgo::Obstacle(id), id),
-        _ => (WindowEgo::Recorded, scene.ego.id),
-    };
+    let (ego, shared) = (WindowEgo::of(scene), Shared::new(&scene.scenario));
     let options = IndexOptions {
         length: 2.0 * AROUND_MOMENT,
         stride: AROUND_MOMENT,
         radius: f64::INFINITY,
         measures: Vec::new(),
     };
-    let egos = EgoWindows {
-        ego,
-        scene,
-        context,
-        moments: Moments::new(context),
-        options: &options,
-        lanes: scene.steps().map(|_| OnceCell::new()).collect(),
-    };
+    let egos = EgoWindows::new(ego, context, &options, &shared);
     let mut all = context.participants().iter();
     let place = all.position(|other| other.obstacle.id == moment.obstacle)?;
     let around = (AROUND_MOMENT / scene.scenario.dt()).round() as i64;
@@ -134,7 +137,7 @@ pub fn window_of_moment(context: &Context<'_>, moment: &CriticalMoment) -> Optio
         asked: 0,
         example: WindowPlace {
             ego,
-            ego_id,
+            ego_id: scene.ego.id,
             obstacle: moment.obstacle,
             steps: (first, last),
             worst_step: moment.step,
@@ -142,23 +145,64 @@ pub fn window_of_moment(context: &Context<'_>, moment: &CriticalMoment) -> Optio
     })
 }
 
-/// The lanelets under the ego, and what other lanes are to them.
-type Lanes<'s> = (Vec<i64>, LaneRelations<'s>);
-
 /// How severe a step is, and its measures.
 type Readings = Option<(CriticalMoment, Vec<Option<f64>>)>;
 
-struct EgoWindows<'c, 's> {
-    ego: WindowEgo,
-    scene: &'s Scene,
-    context: &'c Context<'s>,
-    moments: Moments<'c, 's>,
-    options: &'s IndexOptions,
-    /// By step of the ego.
-    lanes: Vec<OnceCell<Option<Lanes<'s>>>>,
+/// What the pairs of a scenario share.
+pub(super) struct Shared<'s> {
+    pub lanes: LanesUnder<'s>,
+    pub brakings: RefCell<HashMap<i64, Rc<[Braking]>>>,
 }
 
-impl<'s> EgoWindows<'_, 's> {
+impl<'s> Shared<'s> {
+    fn new(scenario: &'s Scenario) -> Self {
+        Self {
+            lanes: LanesUnder::new(&scenario.network),
+            brakings: RefCell::default(),
+        }
+    }
+}
+
+impl WindowEgo {
+    /// The ego of a scene.
+    fn of(scene: &Scene) -> Self {
+        match scene.ego.source {
+            EgoSource::Obstacle(id) => Self::Obstacle(id),
+            _ => Self::Recorded,
+        }
+    }
+}
+
+pub(super) struct EgoWindows<'c, 's, 'n> {
+    pub ego: WindowEgo,
+    pub scene: &'s Scene,
+    pub context: &'c Context<'s>,
+    moments: Moments<'c, 's>,
+    pub options: &'c IndexOptions,
+    pub shared: &'c Shared<'n>,
+    /// By step of the ego.
+    lanes: Vec<OnceCell<Option<Rc<Lanelets<'n>>>>>,
+}
+
+impl<'c, 's, 'n> EgoWindows<'c, 's, 'n> {
+    fn new(
+        ego: WindowEgo,
+        context: &'c Context<'s>,
+        options: &'c IndexOptions,
+        shared: &'c Shared<'n>,
+    ) -> Self {
+        let scene = context.scene();
+        Self {
+            ego,
+            scene,
+            context,
+            moments: Moments::new(context),
+            options,
+            shared,
+            lanes: scene.steps().map(|_| OnceCell::new()).collect(),
+        }
+    }
+
     fn of_pair(&self, place: usize, take: &mut dyn FnMut(IndexedWindow)) {
         let steps = self.scene.steps();
         let count = |seconds: f64| ((seconds / self.scene.scenario.dt()).round() as i64).max(1);
@@ -240,33 +284,34 @@ impl<'s> EgoWindows<'_, 's> {
         Some((moments.at(step)?, values))
     }
 
-    fn lanes_at(&self, step: i64) -> Option<&Lanes<'s>> {
+    /// The lanelets under the ego.
+    pub fn lanes_at(&self, step: i64) -> Option<&Rc<Lanelets<'n>>> {
         let index = usize::try_from(step - self.scene.steps().start).ok()?;
         let lanes = self.lanes.get(index)?.get_or_init(|| {
-            let network = &self.scene.scenario.network;
-            let under = network.lanelets_driven(&self.scene.ego.track.at(step)?.pose);
-            if under.is_empty() {
-                return None;
-            }
-            let relations = network.lane_relations(&under);
-            Some((under, relations))
+            let ego = self.scene.ego.track.at(step)?;
+            self.shared.lanes.at(&ego.pose)
         });
         lanes.as_ref()
     }
 
-    fn road(&self, step: i64) -> RoadType {
-        let under = self.lanes_at(step).map(|(under, _)| under.as_slice());
-        RoadType::classify(&self.scene.scenario.network, under.unwrap_or_default())
+    pub fn road(&self, step: i64) -> RoadType {
+        let under = self.lanes_at(step).map(|under| under.ids.as_slice());
+        RoadType::classify(self.shared.lanes.network, under.unwrap_or_default())
     }
 
     /// The lane under a body, seen from the ego's at a step; the closest relation of several.
-    fn relation(&self, at: i64, other: &Motion) -> Option<LaneRelation> {
-        let (_, relations) = self.lanes_at(at)?;
-        let theirs = self.scene.scenario.network.lanelets_driven(&other.pose);
-        theirs.iter().map(|id| relations.relation_to(*id)).min()
+    pub fn relation(&self, at: i64, other: &Motion) -> Option<LaneRelation> {
+        let ego = self.lanes_at(at)?;
+        ego.relation_to(&self.shared.lanes.at(&other.pose)?.ids)
     }
 
     fn manoeuvre(&self, place: usize, first: i64, last: i64) -> Option<Manoeuvre> {
+        self.motion(place, first, last)
+            .map(|pair| Manoeuvre::classify(&pair))
+    }
+
+    /// Both at two steps.
+    pub fn motion(&self, place: usize, first: i64, last: i64) -> Option<PairMotion<'_>> {
         let other = self.context.participants()[place];
         let track = &self.scene.ego.track;
         let (ego, theirs) = (
@@ -291,18 +336,30 @@ impl<'s> EgoWindows<'_, 's> {
         } else {
             wide(other.obstacle.track(), first, last)
         };
-        Some(Manoeuvre::classify(&PairMotion {
+        let lanes = [
+            self.relation(first, theirs[0]),
+            self.relation(last, theirs[1]),
+        ];
+        let aside = |step| match lanes {
+            [Some(_), Some(_)] => None,
+            _ => self.aside(place, step),
+        };
+        Some(PairMotion {
             ego,
             other: theirs,
-            lanes: [
-                self.relation(first, theirs[0]),
-                self.relation(last, theirs[1]),
-            ],
+            lanes,
+            aside: [aside(first), aside(last)],
             to_first_lane: self.relation(first, theirs[1]),
             turns: [angle_between(own.0, own.1), angle_between(their.0, their.1)],
             angle_before: angle_between(own.0, their.0).abs(),
             stands,
-        }))
+        })
+    }
+
+    /// How far the other's centre is left of the ego's way, metres.
+    pub fn aside(&self, place: usize, step: i64) -> Option<f64> {
+        let [ego, other] = self.context.along_way(place, step)?;
+        Some(other.at.d - ego.at.d)
     }
 }
 
@@ -318,7 +375,7 @@ pub struct WorstMoment {
 }
 
 /// What is slower stands, m/s.
-const STANDING: f64 = 0.5;
+pub(super) const STANDING: f64 = 0.5;
 
 /// Moments of the same two nearer to each other than this are one, seconds.
 const SAME_MOMENT_SECONDS: f64 = 10.0;
@@ -435,191 +492,4 @@ fn centre_distance(context: &Context<'_>, participant: usize, step: i64) -> Opti
     let ego = context.scene().ego.track.at(step)?;
     let other = context.participants()[participant].at(step)?;
     Some((other.pose.position - ego.pose.position).norm())
-}
-
-/// What the other road user does to the ego.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "snake_case")]
-pub enum Manoeuvre {
-    /// It changes into the ego's lane, ahead of the ego.
-    CutIn,
-    /// The ego changes into its lane.
-    LaneChange,
-    /// Its lane joins that of the ego, and it ends up ahead.
-    Merging,
-    /// The ego follows it.
-    Following,
-    /// It follows the ego.
-    Followed,
-    /// It drives in another lane of the same direction.
-    Parallel,
-    /// It comes towards the ego.
-    Oncoming,
-    /// Its way crosses that of the ego.
-    Crossing,
-    /// They come towards each other, and one turns across the way of the other.
-    TurningAcross,
-    /// It is a static obstacle.
-    Standing,
-    /// None of these.
-    Other,
-}
-
-nearmiss_record::named!(Manoeuvre);
-
-/// Both at the ends of a window.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PairMotion<'a> {
-    /// The ego at the first and at the last step.
-    pub ego: [&'a Motion; 2],
-    /// The other at the first and at the last step.
-    pub other: [&'a Motion; 2],
-    /// The lane of the other, seen from that of the ego, at the first and at the last step; nothing without lanes.
-    pub lanes: [Option<LaneRelation>; 2],
-    /// The lane of the other at the last step, seen from that of the ego at the first.
-    pub to_first_lane: Option<LaneRelation>,
-    /// The change of heading of the ego and of the other, around the window too, radians.
-    pub turns: [f64; 2],
-    /// The angle between their headings a little before the window, radians.
-    pub angle_before: f64,
-    /// The other is a static obstacle.
-    pub stands: bool,
-}
-
-/// Directions that differ by less are the same one, radians.
-const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
-
-/// Directions that differ by more are opposite, radians.
-const OPPOSITE: f64 = 3.0 * std::f64::consts::FRAC_PI_4;
-
-/// Before a turn across, directions differ by more than this, radians.
-const FACING: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
-
-/// Who changes the heading by more than this turns, radians: 25°.
-const TURN: f64 = 0.436;
-
-/// Half of a lane's width where there are no lanes, metres.
-const HALF_LANE: f64 = 1.75;
-
-impl Manoeuvre {
-    pub(super) fn classify(pair: &PairMotion<'_>) -> Self {
-        if pair.stands {
-            return Self::Standing;
-        }
-        let heading = |m: &Motion| m.pose.heading;
-        let angle = angle_between(heading(pair.ego[1]), heading(pair.other[1])).abs();
-        let turns = pair.turns.iter().any(|turn| turn.abs() > TURN);
-        if pair.angle_before > FACING && turns && angle < OPPOSITE {
-            return Self::TurningAcross;
-        }
-        if angle <= SAME_WAY {
-            return pair.same_way();
-        }
-        if angle >= OPPOSITE {
-            return Self::Oncoming;
-        }
-        Self::Crossing
-    }
-}
-
-impl PairMotion<'_> {
-    /// Of two that end up driving in the same direction.
-    fn same_way(&self) -> Manoeuvre {
-        use LaneRelation as Lane;
-        let at = |i: usize| self.ego[i].pose.to_local(&self.other[i].pose.position);
-        let (before, after) = (at(0), at(1));
-        let [Some(first), Some(last)] = self.lanes else {
-            let inside = |offset: f64| offset.abs() <= HALF_LANE;
-            return match (inside(before.y), inside(after.y), after.x > 0.0) {
-                (false, true, true) => Manoeuvre::CutIn,
-                (_, true, true) => Manoeuvre::Following,
-                (_, true, false) => Manoeuvre::Followed,
-                _ => Manoeuvre::Parallel,
-            };
-        };
-        let in_line = |lane| matches!(lane, Lane::Same | Lane::Ahead | Lane::Behind);
-        match (first, last) {
-            (Lane::Merging, l) if in_line(l) && after.x > 0.0 => Manoeuvre::Merging,
-            (f, l) if !in_line(f) && in_line(l) => {
-                let came = self.to_first_lane.is_some_and(in_line);
-                if came && after.x > 0.0 {
-                    Manoeuvre::CutIn
-                } else {
-                    Manoeuvre::LaneChange
-                }
-            }
-            (_, l) if in_line(l) && after.x > 0.0 => Manoeuvre::Following,
-            (_, l) if in_line(l) => Manoeuvre::Followed,
-            (_, Lane::Left | Lane::Right | Lane::FurtherLeft | Lane::FurtherRight) => {
-                Manoeuvre::Parallel
-            }
-            (_, Lane::Crossing) => Manoeuvre::Crossing,
-            (_, Lane::Merging | Lane::Diverging) => Manoeuvre::Parallel,
-            _ => Manoeuvre::Other,
-        }
-    }
-}
-
-/// The kind of road under the ego.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "snake_case")]
-pub enum RoadType {
-    /// Inside an intersection.
-    Intersection,
-    /// A motorway, its carriageways included.
-    Highway,
-    /// A ramp of a motorway.
-    Ramp,
-    /// A street in a town.
-    Urban,
-    /// A road in the country.
-    Country,
-    /// A lanelet without one of these types.
-    Untyped,
-    /// No lanelet.
-    OffRoad,
-}
-
-nearmiss_record::named!(RoadType);
-
-impl RoadType {
-    /// The road that these lanelets are part of.
-    #[must_use]
-    pub fn classify(network: &LaneletNetwork, lanelets: &[i64]) -> Self {
-        let known: Vec<_> = lanelets
-            .iter()
-            .filter_map(|id| network.lanelet(*id))
-            .collect();
-        if known.is_empty() {
-            return Self::OffRoad;
-        }
-        let has = |kinds: &[LaneletType]| {
-            known
-                .iter()
-                .any(|lanelet| lanelet.types.iter().any(|t| kinds.contains(t)))
-        };
-        let turns = |id: &i64| {
-            let incomings = network.intersections.iter().flat_map(|i| &i.incomings);
-            incomings
-                .flat_map(|i| [&i.left, &i.straight, &i.right])
-                .any(|successors| successors.contains(id))
-        };
-        if has(&[LaneletType::Intersection]) || lanelets.iter().any(turns) {
-            Self::Intersection
-        } else if has(&[LaneletType::AccessRamp, LaneletType::ExitRamp]) {
-            Self::Ramp
-        } else if has(&[
-            LaneletType::Highway,
-            LaneletType::Interstate,
-            LaneletType::MainCarriageWay,
-        ]) {
-            Self::Highway
-        } else if has(&[LaneletType::Urban]) {
-            Self::Urban
-        } else if has(&[LaneletType::Country]) {
-            Self::Country
-        } else {
-            Self::Untyped
-        }
-    }
 }

@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::ops::Range;
 
-use nearmiss_base::geometry::{Footprint, Placed};
+use nearmiss_base::geometry::{Footprint, Placed, ReferencePath};
 
 use super::along::{Exposure, Following, LaneBody, LaneSet, Road};
 use super::limits::Limits;
@@ -29,6 +29,8 @@ pub struct Context<'s> {
     /// Whether nothing but `steps` may be known: then the road is the one ahead, not the one driven later.
     ends: bool,
     road: OnceCell<Result<Road, RouteError>>,
+    /// What the ego drove, where there is no route.
+    driven: OnceCell<Option<ReferencePath>>,
     ego_along: OnceCell<Vec<Option<LaneBody>>>,
     ego_lanes: Vec<OnceCell<LaneSet>>,
     /// The farthest that the ego's front has got along its route, by step.
@@ -72,6 +74,7 @@ impl<'s> Context<'s> {
             participants,
             ends,
             road: OnceCell::new(),
+            driven: OnceCell::new(),
             ego_along: OnceCell::new(),
             farthest: OnceCell::new(),
             ego_swept: OnceCell::new(),
@@ -127,6 +130,22 @@ impl<'s> Context<'s> {
             }
         });
         road.as_ref()
+    }
+
+    /// The ego and another along the ego's way at a step: its route, or where there is none what it drove, straight on
+    /// behind its ends. Nothing where one of them is not there or not beside it.
+    pub(crate) fn along_way(&self, participant: usize, step: i64) -> Option<[LaneBody; 2]> {
+        let index = self.index(step)?;
+        if self.road().is_ok() {
+            let ego = self.ego_along(index).ok()?;
+            return Some([ego, self.along(participant, index).ok()?]);
+        }
+        let path = self.driven.get_or_init(|| self.scene.ego.track.path());
+        let along = |(motion, body)| LaneBody::beside(path.as_ref()?, motion, body);
+        Some([
+            along(self.ego[index]?)?,
+            along(self.other(participant, index)?)?,
+        ])
     }
 
     pub(super) fn limits(&self) -> &Limits {

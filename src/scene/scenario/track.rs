@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nearmiss_base::geometry::{Placed, Point, Pose, Sweep, Vector, angle_between};
+use nearmiss_base::geometry::{Placed, Point, Pose, ReferencePath, Sweep, Vector, angle_between};
 
 /// What a file says about one step; what it does not say is filled by [`Track::new`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -186,6 +186,44 @@ impl Track {
     pub fn iter(&self) -> impl Iterator<Item = (i64, &Motion)> {
         self.motions.iter().map(|(step, motion)| (*step, motion))
     }
+
+    /// The path through its places, straight on behind both ends; `None` where it stands or turns back on itself.
+    #[must_use]
+    pub fn path(&self) -> Option<ReferencePath> {
+        ReferencePath::new(way(&self.motions)).ok()
+    }
+
+    /// How long it is there, seconds, and how far it drives, metres; its gaps count for neither.
+    #[must_use]
+    pub fn driven(&self, dt: f64) -> (f64, f64) {
+        let runs = self.motions.chunk_by(|a, b| a.0 + 1 == b.0);
+        runs.fold((0.0, 0.0), |(seconds, metres), run| {
+            let places = way(run);
+            let legs = places.windows(2).map(|ends| (ends[1] - ends[0]).norm());
+            (
+                seconds + (run.len() - 1) as f64 * dt,
+                metres + legs.sum::<f64>(),
+            )
+        })
+    }
+}
+
+/// Places nearer to each other are noise of who stands, metres.
+const LEAST_LEG: f64 = 1.0;
+
+/// The first place, and those that are at least [`LEAST_LEG`] from the one before.
+fn way(motions: &[(i64, Motion)]) -> Vec<Point> {
+    let mut places = motions.iter().map(|(_, motion)| motion.pose.position);
+    let mut way: Vec<Point> = places.next().into_iter().collect();
+    for place in places {
+        if way
+            .last()
+            .is_some_and(|last| (place - last).norm() >= LEAST_LEG)
+        {
+            way.push(place);
+        }
+    }
+    way
 }
 
 fn known_at(lead: Option<(i64, i64)>, step: i64) -> i64 {

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use serde::Serialize;
 
 use super::{STANDING, TURN};
-use crate::scenario::{Lane, LaneRelation, LaneletNetwork, Motion};
+use crate::scenario::{Lane, LaneRelation, LaneletNetwork, Motion, Track};
 use nearmiss_base::geometry::{Vector, angle_between};
 
 /// Who slows down with less does not brake, m/s².
@@ -165,6 +165,42 @@ pub(super) struct Drive {
 
 /// First and last place.
 type Part = (usize, usize);
+
+/// A braking, as [`Action::Brake`] says what one is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Braking {
+    /// First and last step.
+    pub steps: (i64, i64),
+    /// From the first to the last step, m/s².
+    pub mean: f64,
+    /// The most over 0.4 s, m/s².
+    pub most: f64,
+}
+
+/// The brakings of a track, in order.
+pub(crate) fn brakings(track: &Track, dt: f64) -> Vec<Braking> {
+    let all: Vec<(i64, Motion)> = track.iter().map(|(step, motion)| (step, *motion)).collect();
+    let runs = all.chunk_by(|a, b| a.0 + 1 == b.0);
+    let drives = runs.map(|run| Drive {
+        all: run.to_vec(),
+        dt,
+        doings: Vec::new(),
+    });
+    let changes = drives.flat_map(|drive| drive.speed_changes());
+    let braked = changes.filter_map(|Doing { steps, action }| match action {
+        Action::Brake {
+            from_speed,
+            to_speed,
+            most,
+        } => Some(Braking {
+            steps,
+            mean: (from_speed - to_speed) / ((steps.1 - steps.0) as f64 * dt),
+            most,
+        }),
+        _ => None,
+    });
+    braked.collect()
+}
 
 impl Drive {
     /// Those before and after a step without a gap.

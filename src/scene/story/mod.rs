@@ -19,6 +19,7 @@ use crate::metrics::{
 };
 use crate::scenario::{ObstacleType, Track, Window};
 pub use actions::{Action, Beside};
+pub(crate) use actions::{Braking, brakings};
 use actions::{Doing, Drive, NOTABLE, is_change};
 
 /// So long before the moment a story begins, seconds.

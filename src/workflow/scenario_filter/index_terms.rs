@@ -17,11 +17,11 @@ const CRITICAL: usize = 3;
 pub struct AnyOf(u32);
 
 impl AnyOf {
-    fn one(place: usize) -> Self {
+    pub(super) fn one(place: usize) -> Self {
         Self(1 << place)
     }
 
-    fn has(self, place: usize) -> bool {
+    pub(super) fn has(self, place: usize) -> bool {
         self.0 & (1 << place) != 0
     }
 }
@@ -80,7 +80,7 @@ pub fn window_values() -> [(&'static str, Vec<String>); 4] {
 }
 
 /// A word and the places that it means.
-type Known<'a> = (&'a str, AnyOf);
+pub(super) type Known<'a> = (&'a str, AnyOf);
 
 impl WindowTest {
     /// Reads a term such as `road:urban` or `manoeuvre:cut_in,merging`: `None` for another key, `Ok(None)` while its
@@ -135,17 +135,21 @@ impl WindowTest {
     }
 }
 
-fn place<T: PartialEq>(all: &[T], one: &T) -> usize {
+pub(super) fn place<T: PartialEq>(all: &[T], one: &T) -> usize {
     all.iter().position(|known| known == one).unwrap_or(0)
 }
 
-fn in_order<'a>(words: &[&'a str]) -> Vec<Known<'a>> {
+pub(super) fn in_order<'a>(words: &[&'a str]) -> Vec<Known<'a>> {
     let places = words.iter().enumerate();
     places.map(|(at, word)| (*word, AnyOf::one(at))).collect()
 }
 
 /// What the words of a value mean, which are separated by commas; the last may be half typed.
-fn parse_value(key: &str, value: &str, known: &[Known<'_>]) -> Result<Option<AnyOf>, String> {
+pub(super) fn parse_value(
+    key: &str,
+    value: &str,
+    known: &[Known<'_>],
+) -> Result<Option<AnyOf>, String> {
     let mut all = AnyOf(0);
     let mut waits = false;
     for part in value.split(',') {

@@ -1,5 +1,6 @@
 //! The filter of the scenario list: fuzzy words, and terms such as `tag:cut_in` or `risk<3`; for list and experiments.
 
+pub(crate) mod event_terms;
 mod facts;
 mod index_terms;
 pub(crate) mod selector;

@@ -156,7 +156,7 @@ pub fn term(word: &str, measures: Measures) -> Option<Result<Option<Term>, Strin
     Some(test.map(|test| test.map(|test| Term { test, negated })))
 }
 
-fn compared(word: &str) -> Option<(&str, Comparison, &str)> {
+pub(super) fn compared(word: &str) -> Option<(&str, Comparison, &str)> {
     let at = word.find(['<', '>', '='])?;
     let (key, rest) = word.split_at(at);
     let mut signs = COMPARISONS.iter();
@@ -245,7 +245,7 @@ fn number(
 }
 
 /// The number behind a comparison; nothing while it is still to be typed.
-fn number_in(key: &str, value: &str) -> Result<Option<f64>, String> {
+pub(super) fn number_in(key: &str, value: &str) -> Result<Option<f64>, String> {
     if value.is_empty() || value == "-" {
         return Ok(None);
     }

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use nearmiss_formats::Entry;
 use nearmiss_record::{Cell, Column, Kind, Row, Table};
-use nearmiss_scene::corpus::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
+use nearmiss_scene::corpus::{
+    Egos, Exposure, IndexOptions, IndexedWindow, ScenarioDriven, WindowEgo, for_each_window,
+};
+use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::{Measure, SEVERITY_NAMES, Thresholds, measures};
 use nearmiss_scene::scenario::{Ego, Scenario};
 use serde_json::json;
@@ -85,7 +88,8 @@ pub fn index_table(options: &IndexOptions, thresholds: &Thresholds) -> Table {
     table
 }
 
-/// The windows of a scenario, with each road user in turn as the ego, and the recorded one if there is any.
+/// The windows of a scenario, with each road user in turn as the ego, and the recorded one if there is any; what
+/// happened to these egos, and how far they drove.
 #[must_use]
 pub fn window_rows(
     entry: &Entry,
@@ -93,7 +97,7 @@ pub fn window_rows(
     recorded: Option<Ego>,
     options: &IndexOptions,
     thresholds: &Thresholds,
-) -> Vec<Row> {
+) -> (Vec<Row>, ScenarioDriven) {
     let recorded_id = recorded.as_ref().map_or(0, |ego| ego.id);
     let mut rows = Vec::new();
     let head: [Cell; 3] = [
@@ -104,8 +108,23 @@ pub fn window_rows(
     let mut take = |window: IndexedWindow| {
         rows.push(window_row(&head, scenario, &window, recorded_id));
     };
-    for_each_window(scenario, recorded, options, thresholds, &mut take);
-    rows
+    let mut driven = for_each_window(scenario, recorded, options, thresholds, &mut take);
+    if entry.is_window() {
+        // Others are in several windows of the recording.
+        driven.obstacles = Exposure::default();
+        driven
+            .events
+            .retain(|event| event.ego_source == Egos::Recorded);
+    }
+    let events = driven.events.into_iter();
+    driven.events = events.map(|event| event.rounded(rounded)).collect();
+    let driven = ScenarioDriven {
+        scenario: visible(&entry.name).into_owned(),
+        file: visible(&entry.display()).into_owned(),
+        is_window: entry.is_window(),
+        driven,
+    };
+    (rows, driven)
 }
 
 fn window_row(head: &[Cell; 3], scenario: &Scenario, window: &IndexedWindow, recorded: i64) -> Row {

@@ -9,7 +9,9 @@ pub(super) use following::Following;
 
 use std::collections::HashMap;
 
-use nearmiss_base::geometry::{Footprint, Frenet, PathPoint, Placed, Point, Pose, Shape, Vector};
+use nearmiss_base::geometry::{
+    Footprint, Frenet, PathPoint, Placed, Point, Pose, ReferencePath, Shape, Vector,
+};
 
 use crate::scenario::{Motion, Route, RouteError, Scene};
 
@@ -88,8 +90,7 @@ impl Road {
 
     /// A body along the route; `None` if it is not beside it.
     pub(in crate::metrics) fn along(&self, motion: &Motion, body: &Footprint) -> Option<LaneBody> {
-        let (at, point) = self.route.path.project_point(&motion.pose.position).ok()?;
-        LaneBody::new(at, &point, motion, body)
+        LaneBody::beside(&self.route.path, motion, body)
     }
 
     /// The lanes of the road that a body stands on.
@@ -127,6 +128,16 @@ pub struct LaneBody {
 }
 
 impl LaneBody {
+    /// A body along a path; `None` if it is not beside it.
+    pub(in crate::metrics) fn beside(
+        path: &ReferencePath,
+        motion: &Motion,
+        body: &Footprint,
+    ) -> Option<Self> {
+        let (at, point) = path.project_point(&motion.pose.position).ok()?;
+        Self::new(at, &point, motion, body)
+    }
+
     fn new(at: Frenet, beside: &PathPoint, motion: &Motion, body: &Footprint) -> Option<Self> {
         // The way at the body's offset is this much longer or shorter than the route.
         let stretch = beside.stretch(at).ok()?;

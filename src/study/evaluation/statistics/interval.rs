@@ -207,7 +207,7 @@ pub fn ratio_interval(scenarios: &[(u32, u32)]) -> Option<Interval> {
 }
 
 /// Draws as many places as there are, again and again.
-fn resampled(scenarios: usize, mut each: impl FnMut(&mut dyn Iterator<Item = usize>)) {
+pub(super) fn resampled(scenarios: usize, mut each: impl FnMut(&mut dyn Iterator<Item = usize>)) {
     if scenarios == 0 {
         return;
     }
@@ -218,7 +218,7 @@ fn resampled(scenarios: usize, mut each: impl FnMut(&mut dyn Iterator<Item = usi
     }
 }
 
-fn ends(mut found: Vec<f64>) -> Option<Interval> {
+pub(super) fn ends(mut found: Vec<f64>) -> Option<Interval> {
     found.sort_by(f64::total_cmp);
     Some(Interval {
         low: of_sorted(&found, 0.025)?,
