@@ -126,12 +126,10 @@ fn text(rows: &[Row]) -> String {
 
 fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
     let found = &one.drivers;
-    let encounter = match found.closing_speed {
-        Some(speed) => format!(
-            "{} {speed:.1} m/s",
-            SEVERITY_NAMES[usize::from(one.severity)]
-        ),
-        None => SEVERITY_NAMES[usize::from(one.severity)].to_owned(),
+    let severity = SEVERITY_NAMES[usize::from(one.severity)];
+    let encounter = match found.closing_speed.filter(|_| one.severity == 0) {
+        Some(speed) => format!("{severity} {speed:.1} m/s"),
+        None => severity.to_owned(),
     };
     let cell = |verdict: &VerdictRecord| match (verdict.result.as_str(), verdict.closing_speed) {
         ("not_made_for", _) => "-".to_owned(),

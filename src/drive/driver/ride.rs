@@ -80,8 +80,8 @@ impl Field<'_> {
     }
 
     /// Puts a driver in the seat at a step. Until something makes it react it drives as the ego was recorded, but brakes
-    /// no harder than in ordinary driving: the ego's own evasion is not the driver's. After its reaction it keeps its
-    /// speed, or gets as slow as the ego got in ordinary driving.
+    /// no harder than in ordinary driving: the ego's own evasion is not the driver's. A reaction only makes it slower, and
+    /// afterwards it keeps its speed, or gets as slow as the ego got in ordinary driving.
     pub fn ride(&self, driver: &mut dyn Driver, from: i64) -> Ride {
         let mut seen: Vec<Seen> = Vec::with_capacity(self.others.len());
         self.follow(from, |step, (s, speed, acceleration)| {
@@ -113,6 +113,8 @@ impl Field<'_> {
         ride.touch = self.overlap(from, s, speed);
         ride.states.push((from, s, speed, acceleration));
         let mut is_as_recorded = true;
+        let dt = self.lookout.dt;
+        let most = ORDINARY * dt;
         for step in from..self.last {
             if ride.touch.is_some() {
                 break;
@@ -124,26 +126,26 @@ impl Field<'_> {
                 speed,
             };
             let choice = choose(step, (s, speed, acceleration));
-            let most = ORDINARY * self.lookout.dt;
-            (s, speed) = match (choice, recorded(step + 1)) {
+            let next = recorded(step + 1);
+            if let Choice::Reaction(_) = choice {
+                ride.reacts.get_or_insert(step);
+            }
+            (s, speed) = match (choice, next) {
                 (Choice::AsRecorded, Some(next)) => next,
                 (Choice::Ordinary, Some(next)) if is_as_recorded && next.1 >= speed - most => next,
-                (Choice::Reaction(acceleration), _) => {
-                    ride.reacts.get_or_insert(step);
+                (choice, next) => {
                     is_as_recorded = false;
-                    advance(s, speed, acceleration, self.lookout.dt)
-                }
-                (_, next) => {
-                    is_as_recorded = false;
-                    let wanted = next.map_or(speed, |(_, wanted)| wanted);
-                    let most = match ride.reacts {
-                        Some(_) => wanted.min(speed).max(speed - most),
-                        None => wanted.clamp(speed - most, speed + most),
+                    let ordinary = next.map_or(speed, |(_, wanted)| wanted.max(speed - most));
+                    let wanted = match choice {
+                        Choice::Reaction(acceleration) => speed + acceleration * dt,
+                        // Who reacted does not speed up again.
+                        _ if ride.reacts.is_some() => speed,
+                        _ => speed + most,
                     };
-                    advance(s, speed, (most - speed) / self.lookout.dt, self.lookout.dt)
+                    advance(s, speed, (wanted.min(ordinary) - speed) / dt, dt)
                 }
             };
-            acceleration = (speed - was.speed) / self.lookout.dt;
+            acceleration = (speed - was.speed) / dt;
             let now = Spot { s, speed, ..was };
             ride.touch = self.touch(step, &was, &now);
             ride.states.push((step + 1, s, speed, acceleration));
