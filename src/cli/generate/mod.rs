@@ -73,8 +73,8 @@ pub struct GenerateArguments {
         allow_negative_numbers = true
     )]
     attacker: Vec<i64>,
-    /// Search only for attacks that these terms describe: who, which manoeuvre, from where. "actor:car,truck
-    /// manoeuvre:cut-in place:left-lane"; `nearmiss help wishes` lists them.
+    /// Search only for attacks that these terms describe: who, which manoeuvre, from where, how hard. "actor:car,truck
+    /// manoeuvre:cut-in place:left-lane severe"; `nearmiss help wishes` lists them.
     #[arg(long, value_name = "TERMS", conflicts_with = "check")]
     wish: Option<Wish>,
     /// Prefer attacks whose contact all of these drivers would avoid, such as cc,fsm; `nearmiss drivers` lists them. The

@@ -213,7 +213,7 @@ impl Attack {
     pub fn severity(&self) -> f64 {
         match &self.effect {
             Some(effect) if matches!(effect.consequence, Consequence::Collision(_)) => {
-                effect.impact.map_or(0.0, |impact| impact.rank())
+                effect.impact.map_or(0.0, |impact| impact.rank)
             }
             _ => -1.0,
         }

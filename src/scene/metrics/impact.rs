@@ -51,7 +51,8 @@ pub struct Impact {
     /// # Errors
     /// No curve is published for them, or the impact is beyond its range.
     pub p_serious: Result<f64, NoValue>,
-    rank: f64,
+    /// That risk for comparisons alone, the more the harder: as if the curve of their kind held for every impact.
+    pub rank: f64,
 }
 
 /// An impact in documents and tables.
@@ -150,12 +151,6 @@ fn mass(kind: ObstacleType) -> Option<f64> {
 }
 
 impl Impact {
-    /// How hard it is beside others, the more the harder: the risk as if the curve of their kind held for everybody.
-    #[must_use]
-    pub fn rank(&self) -> f64 {
-        self.rank
-    }
-
     /// Of the ego and another.
     pub(super) fn between(both: &[Striking<'_>; 2]) -> Self {
         let [ego, other] = both;

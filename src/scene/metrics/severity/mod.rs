@@ -142,7 +142,7 @@ impl PairMoments<'_, '_> {
             let order = if contact.is_possible {
                 contact.time
             } else {
-                -contact.impact.rank()
+                -contact.impact.rank
             };
             return Some(moment((step, Grade::Contact, order, hazard)));
         }

@@ -590,7 +590,7 @@ impl Screen for WishScreen {
             lines.push(Line::styled(visible(&why).into_owned(), style));
             lines.push(Line::default());
         }
-        let hint = "who, which manoeuvre, from where: actor:car,truck manoeuvre:cut-in place:left-lane; actor:bicycle place:hidden";
+        let hint = "who, which manoeuvre, from where: actor:car,truck manoeuvre:cut-in place:left-lane; actor:bicycle place:hidden severe";
         lines.push(Line::styled(hint, dim));
         frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), inner);
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::features::scenarios::state::*;
 use crate::loaded::Tally;
 use nearmiss_base::geometry::Pose;
-use nearmiss_scene::metrics::{Contact, Headline, Nearest, measure};
+use nearmiss_scene::metrics::{Contact, ContactSide, Headline, Impact, Nearest, measure};
 
 /// Scenarios of these files, all found.
 fn list(files: &[&str]) -> List {
@@ -39,7 +39,15 @@ fn facts(risk: f64, tags: &[&str], differ: u32, agree: u32) -> Facts {
                 time: 0.3,
                 overlaps: true,
                 is_possible: false,
-                closing_speed: 9.4,
+                impact: Impact {
+                    closing_speed: 9.4,
+                    angle: 0.0,
+                    sides: [ContactSide::Front, ContactSide::Rear],
+                    overlap: 1.0,
+                    delta_v: Some([4.7, 4.7]),
+                    p_serious: Ok(0.005),
+                    rank: 0.005,
+                },
                 ego: Pose::new(0.0, 0.0, 0.0),
                 other: Pose::new(4.0, 0.0, 0.0),
             }),
