@@ -284,6 +284,9 @@ const BEFORE: f64 = 1.0;
 /// A body does not cross the border of a lane for longer, seconds.
 const LONGEST: f64 = 5.0;
 
+/// Who is farther behind does nothing to the ego within a second, metres.
+const BEHIND: f64 = 10.0;
+
 /// The next one ahead: its place among the others.
 type Leader = Option<usize>;
 
@@ -365,7 +368,7 @@ impl EgoWindows<'_, '_, '_> {
                 if self.leader(step, leaders) != Some(place) {
                     continue;
                 }
-                let first = self.border(place, step, -1);
+                let first = self.comes_in(place, step);
                 let is_new = first >= free_in;
                 free_in = step + before;
                 if is_new && self.goes_along(place, [first, step]) {
@@ -375,9 +378,9 @@ impl EgoWindows<'_, '_, '_> {
                     });
                 }
             } else if pair.cuts_out() && self.leader(step - before, leaders) == Some(place) {
-                let last = self.border(place, step, 1);
-                free_out = last + before;
-                if self.goes_along(place, [step, last]) {
+                let last = self.goes_out(place, step);
+                free_out = last.unwrap_or(step) + before;
+                if let Some(last) = last.filter(|last| self.goes_along(place, [step, *last])) {
                     let uncovered = self.leader(last, leaders);
                     found.push(Event {
                         lateral_speed: self.lateral_speed(place, [step, last]),
@@ -410,23 +413,17 @@ impl EgoWindows<'_, '_, '_> {
         })
     }
 
-    /// From where its centre crosses the border of the ego's lane to where its body begins or ends to, whichever way.
-    fn border(&self, place: usize, crossing: i64, way: i64) -> i64 {
-        let is_on = |step: &i64| self.body_inside(place, *step);
-        let steps = (1..=self.count(LONGEST)).map(|count| crossing + way * count);
-        if way < 0 {
-            let on = steps.map_while(|step| is_on(&step)?.then_some(step));
-            return on.last().unwrap_or(crossing);
-        }
-        let mut last = crossing;
-        for step in std::iter::once(crossing).chain(steps) {
-            match is_on(&step) {
-                Some(true) => last = step,
-                Some(false) => return step,
-                None => break,
-            }
-        }
-        last
+    /// The first step at which its body is in the ego's lane, before its centre is.
+    fn comes_in(&self, place: usize, crossing: i64) -> i64 {
+        let before = (1..=self.count(LONGEST)).map(|count| crossing - count);
+        let mut on = before.take_while(|step| self.body_inside(place, *step) == Some(true));
+        on.by_ref().last().unwrap_or(crossing)
+    }
+
+    /// The first step at which its body is out of the ego's lane, after its centre is; nothing where it stays on the border.
+    fn goes_out(&self, place: usize, crossing: i64) -> Option<i64> {
+        let mut after = crossing..=crossing + self.count(LONGEST);
+        after.find(|step| self.body_inside(place, *step) == Some(false))
     }
 
     /// The brakings of the one ahead.
@@ -489,6 +486,7 @@ impl EgoWindows<'_, '_, '_> {
         }
         match self.relation(step, other) {
             Some(lane) => Some(in_line(lane)),
+            None if ego.pose.to_local(&other.pose.position).x < -BEHIND => None,
             None => self.aside(place, step).map(is_inside),
         }
     }

@@ -1,6 +1,6 @@
 //! What a road user does to the ego between two steps, and on which kind of road.
 
-use nearmiss_base::geometry::{Point, angle_between};
+use nearmiss_base::geometry::{Point, Vector, angle_between};
 use strum::{IntoStaticStr, VariantArray};
 
 use crate::scenario::{LaneRelation, LaneletNetwork, LaneletType, Motion};
@@ -50,6 +50,8 @@ pub(super) struct PairMotion<'a> {
     pub to_first_lane: Option<LaneRelation>,
     /// The change of heading of the ego and of the other, around the window too, radians.
     pub turns: [f64; 2],
+    /// Where both were heading a little before and after the window, on the whole.
+    pub along: Vector,
     /// The angle between their headings a little before the window, radians.
     pub angle_before: f64,
     /// The other is a static obstacle.
@@ -125,9 +127,8 @@ impl PairMotion<'_> {
         if self.lanes.iter().all(Option::is_some) {
             return self.to_first_lane.is_some_and(in_line) == into;
         }
-        let along = self.ego[0].pose.forward() + self.other[0].pose.forward();
         let across =
-            |[from, to]: [&Motion; 2]| along.perp(&(to.pose.position - from.pose.position));
+            |[from, to]: [&Motion; 2]| self.along.perp(&(to.pose.position - from.pose.position));
         across(self.other).abs() > across(self.ego).abs()
     }
 

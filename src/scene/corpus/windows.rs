@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use nearmiss_base::geometry::angle_between;
+use nearmiss_base::geometry::{Vector, angle_between};
 use rayon::prelude::*;
 
 use super::events::{Driven, Event};
@@ -350,6 +350,10 @@ impl<'c, 's, 'n> EgoWindows<'c, 's, 'n> {
             lanes,
             aside: [aside(first), aside(last)],
             to_first_lane: self.relation(first, theirs[1]),
+            along: [own.0, own.1, their.0, their.1]
+                .map(|heading| Vector::new(heading.cos(), heading.sin()))
+                .iter()
+                .sum(),
             turns: [angle_between(own.0, own.1), angle_between(their.0, their.1)],
             angle_before: angle_between(own.0, their.0).abs(),
             stands,

@@ -142,10 +142,10 @@ impl<'s> Context<'s> {
         }
         let path = self.driven.get_or_init(|| self.scene.ego.track.path());
         let along = |(motion, body)| LaneBody::beside(path.as_ref()?, motion, body);
-        Some([
-            along(self.ego[index]?)?,
-            along(self.other(participant, index)?)?,
-        ])
+        // Without a route, nothing else is known along it.
+        let rows = || self.ego.iter().map(|here| along((*here)?)).collect();
+        let ego = self.ego_along.get_or_init(rows)[index]?;
+        Some([ego, along(self.other(participant, index)?)?])
     }
 
     pub(super) fn limits(&self) -> &Limits {

