@@ -1,7 +1,8 @@
-//! Two planners side by side: every scenario driven by both, and paired differences of their figures.
+//! Planners side by side: every scenario driven by all, paired differences of the first two, and where all stand beside
+//! the baselines.
 
 use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::{CollisionKind, Outcome as DriveOutcome, Settings};
+use nearmiss_drive::simulation::{CollisionKind, Outcome as DriveOutcome, Policy, Settings};
 use nearmiss_formats::Entry;
 use nearmiss_scene::traffic_rules::Rule;
 use nearmiss_study::evaluation::statistics::PairedTest;
@@ -11,6 +12,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::driven;
+use super::standing::{self, BeyondBaselines, Standing, StandingRecord};
 use super::table::{Export, OUTCOMES};
 use super::{NotDrivenRecord, PlanArguments};
 use crate::ending::interrupted;
@@ -34,15 +36,12 @@ pub fn run(
     planners: &[PlannerChoice],
     settings: &Settings,
 ) -> Outcome {
-    let [first, second] = planners else {
-        return Err(Failure::input(format!(
-            "{} planners are named; two can be compared",
-            planners.len()
-        )));
+    let [first, second, ..] = planners else {
+        return Err(Failure::input("a comparison needs two planners"));
     };
     if arguments.files.any() || arguments.files.to_stdout() {
         return Err(Failure::input(
-            "two planners are compared without files: leave out -o, --solution and --log, or drive each planner alone",
+            "planners are compared without files: leave out -o, --solution and --log, or drive each planner alone",
         ));
     }
     if arguments.monitor.is_asked() {
@@ -54,6 +53,17 @@ pub fn run(
     let cancel = Cancel::from_flag(&stop);
     let problem = arguments.how.planning_problem;
     let labels = Labels::new(entries);
+    let unnamed = Policy::BASELINES.into_iter().filter(|baseline| {
+        let named = planners.iter().filter_map(|planner| planner.policy);
+        !named.into_iter().any(|policy| policy == *baseline)
+    });
+    let baselines = unnamed.map(PlannerChoice::from);
+    let all: Vec<PlannerChoice> = planners.iter().cloned().chain(baselines).collect();
+    let standing = |(place, planner): (usize, &PlannerChoice)| Standing {
+        name: output::visible(&planner.name),
+        is_baseline: place >= planners.len(),
+        drives: Vec::new(),
+    };
     let mut job = Comparison {
         json: arguments.format.is_json(),
         export: Export::begin(
@@ -65,6 +75,7 @@ pub fn run(
         width: widest(&labels),
         labels,
         pairs: Vec::new(),
+        standings: all.iter().enumerate().map(standing).collect(),
         missed: 0,
         harmed: 0,
     };
@@ -80,11 +91,14 @@ pub fn run(
             };
             driven::drive(entry, problem, settings, options, &cancel)
         };
-        let one = drive(first)?;
-        Some(one.and_then(|one| Ok((one, drive(second).transpose()?))))
+        let drives = all.iter().map(|planner| drive(planner).transpose());
+        let drives: Result<Option<Vec<DrivenScenario>>, PlanError> = drives
+            .collect::<Result<Vec<_>, _>>()
+            .map(|drives| drives.into_iter().collect());
+        drives.transpose()
     };
-    let done = Job::new("scenarios", &stop).run(entries, both, |entry, pair| {
-        job.take(entry, pair)?;
+    let done = Job::new("scenarios", &stop).run(entries, both, |entry, drives| {
+        job.take(entry, drives)?;
         NEXT
     });
     job.end()?;
@@ -110,8 +124,8 @@ fn widest(labels: &Labels) -> usize {
     labels.longest().max(least).min(WIDEST)
 }
 
-/// Both drives of a scenario; the second one is missing where it was cut short.
-type ComparedPair = Result<(DrivenScenario, Option<DrivenScenario>), PlanError>;
+/// All drives of a scenario, in the order of planners.
+type ComparedDrives = Result<Vec<DrivenScenario>, PlanError>;
 
 struct Comparison {
     json: bool,
@@ -121,6 +135,7 @@ struct Comparison {
     labels: Labels,
     width: usize,
     pairs: Vec<(DrivenScenario, DrivenScenario)>,
+    standings: Vec<Standing>,
     missed: usize,
     harmed: usize,
 }
@@ -174,10 +189,9 @@ impl Comparison {
         line("  ", &columns, cells)
     }
 
-    fn take(&mut self, entry: &Entry, pair: ComparedPair) -> Result<(), Failure> {
-        let (one, two) = match pair {
-            Ok((one, Some(two))) => (one, two),
-            Ok((_, None)) => return Ok(()),
+    fn take(&mut self, entry: &Entry, drives: ComparedDrives) -> Result<(), Failure> {
+        let mut drives = match drives {
+            Ok(drives) => drives,
             Err(error) => {
                 self.missed += 1;
                 output::say(&format!("nearmiss: {error}"));
@@ -188,12 +202,22 @@ impl Comparison {
                 };
             }
         };
-        let harmed = [&one, &two].map(|driven| usize::from(!driven.unharmed()));
-        self.harmed += harmed.iter().sum::<usize>();
-        let records = [&one, &two].map(DriveRecord::new);
+        for (standing, driven) in self.standings.iter_mut().zip(&drives) {
+            standing.drives.push(driven.into());
+            self.harmed += usize::from(!standing.is_baseline && !driven.unharmed());
+        }
+        let records: Vec<DriveRecord> = if self.json || self.export.is_some() {
+            drives.iter().map(DriveRecord::new).collect()
+        } else {
+            Vec::new()
+        };
         if let Some(export) = &mut self.export {
             records.iter().try_for_each(|drive| export.add(drive))?;
         }
+        drives.truncate(2);
+        let (Some(two), Some(one)) = (drives.pop(), drives.pop()) else {
+            return Ok(());
+        };
         if self.json {
             records.iter().try_for_each(show)?;
         } else {
@@ -279,6 +303,7 @@ impl Comparison {
             "{}; outcomes, kinds and rules are counts of drives, the rest means over the scenarios in which both drives have it; differences are {second} minus {first}, a scenario at a time\n",
             output::counted(self.pairs.len(), "scenario")
         );
+        out += &format!("\n{}", standing::words(&self.standings));
         output::text(&out)
     }
 
@@ -303,6 +328,8 @@ impl Comparison {
             scenarios: self.pairs.len(),
             missed: self.missed,
             differences: rows.collect(),
+            standings: standing::records(&self.standings),
+            beyond_baselines: standing::beyond(&self.standings),
         }
     }
 }
@@ -320,6 +347,10 @@ pub struct ComparisonRecord {
     missed: usize,
     /// By figure: outcomes, kinds of collisions, comfort, times.
     differences: Vec<DifferenceRecord>,
+    /// Every planner, and the baselines.
+    standings: Vec<StandingRecord>,
+    /// Scenarios that no baseline solves.
+    beyond_baselines: BeyondBaselines,
 }
 
 impl Output for ComparisonRecord {

@@ -7,6 +7,7 @@ mod driven;
 mod files;
 mod monitor;
 mod options;
+mod standing;
 mod table;
 
 use std::io::{self, Write};
@@ -27,11 +28,13 @@ use files::{Files, Targets};
 pub use monitor::MonitorDryRun;
 use monitor::MonitorOptions;
 use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::Settings;
+use nearmiss_drive::simulation::{Policy, Settings};
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
-use nearmiss_workflow::drive::{DriveOptions, DriveRecord, DrivenScenario};
+use nearmiss_workflow::drive::{
+    BUILT_IN, DriveOptions, DriveRecord, DrivenScenario, PlannerChoice,
+};
 use options::RunOptions;
 pub use options::{PlannerOptions, ProblemOption, identity, planning};
 use table::{Export, OutcomeTable};
@@ -56,6 +59,9 @@ pub struct PlanArguments {
     set: Vec<(String, String)>,
     #[command(flatten)]
     planners: PlannerOptions,
+    /// Drivers that drive beside the planner, such as cc,fsm: outcomes and harm, paired; `nearmiss drivers` lists them.
+    #[arg(long = "driver", value_name = "DRIVERS", value_delimiter = ',', value_parser = options::driver_with_rule)]
+    drivers: Vec<Policy>,
     #[command(flatten)]
     monitor: MonitorOptions,
     #[command(flatten)]
@@ -85,7 +91,14 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         return Ok(());
     }
     let problem = arguments.how.planning_problem;
-    let planners = arguments.planners.chosen(&config, planning.timeout)?;
+    let mut planners = arguments.planners.chosen(&config, planning.timeout)?;
+    if !arguments.drivers.is_empty() && planners.is_empty() {
+        planners.push(PlannerChoice {
+            name: BUILT_IN.into(),
+            ..PlannerChoice::default()
+        });
+    }
+    planners.extend(arguments.drivers.iter().copied().map(PlannerChoice::from));
     if planners.len() > 1 {
         return compare::run(arguments, &entries, &planners, &settings);
     }

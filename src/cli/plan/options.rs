@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use nearmiss_drive::driver::driver;
 use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::{Clock, ExternalPlanner, Settings};
+use nearmiss_drive::simulation::{Clock, ExternalPlanner, Policy, Settings};
 use nearmiss_formats::Entry;
 use nearmiss_record::fields::Layers;
 use nearmiss_settings::{Config, Planning};
@@ -82,6 +83,12 @@ impl<'a> RunOptions<'a> {
             monitor,
         }
     }
+}
+
+/// A driver that can drive: the ideal one has no rule.
+pub fn driver_with_rule(word: &str) -> Result<Policy, String> {
+    let driver = driver(word.trim())?;
+    Policy::named(driver.id).ok_or_else(|| format!("{} has no rule to drive by", driver.name))
 }
 
 /// Planners that are processes.

@@ -27,6 +27,16 @@ pub struct PlannerChoice {
     pub is_recorded: bool,
 }
 
+impl From<Policy> for PlannerChoice {
+    fn from(policy: Policy) -> Self {
+        Self {
+            name: policy.name().into(),
+            policy: Some(policy),
+            ..Self::default()
+        }
+    }
+}
+
 impl PlannerChoice {
     /// The planner of this name or command; messages name it after `option`. `timeout` is of a cycle, seconds; that of the
     /// configuration where none is said.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nearmiss_drive::driver::{Field, Preventability, PreventabilityRecord};
 use nearmiss_drive::planner::{Cancel, Emergency};
 use nearmiss_drive::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
 use nearmiss_formats::Entry;
@@ -140,6 +141,16 @@ impl DrivenScenario {
         let problem = problems.find(|problem| problem.id == self.problem)?;
         let ego = self.drive.ego(problem, &self.settings);
         Some(Scene::new(Arc::clone(&self.scenario), ego))
+    }
+
+    /// What drivers would have made of the collision that ended it.
+    #[must_use]
+    pub fn preventability(&self) -> Option<PreventabilityRecord> {
+        let collision = self.collision()?;
+        let scene = self.scene()?;
+        let field = Field::around(&scene, collision.step)?;
+        let found = Preventability::in_field(&field, collision.with, collision.step);
+        Some((&found.with_last_moments(&field)).into())
     }
 
     /// Whether it ended as a drive may: at the goal, or out of time, without harm.

@@ -1,6 +1,7 @@
 //! A planner's drive as a record for programs.
 
 use nearmiss_base::system::counted;
+use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_drive::planner::Emergency;
 use nearmiss_drive::simulation::{BeyondVehicle, ExternalReport, Outcome, PlannerFault};
 use nearmiss_scene::description::visible;
@@ -37,6 +38,8 @@ pub struct DriveRecord {
     pub other_side: Option<String>,
     /// How hard the collision is.
     pub impact: Option<ImpactRecord>,
+    /// Which drivers would have avoided the collision.
+    pub preventability: Option<PreventabilityRecord>,
     /// An obstacle drove into the ego's rear: unaware (it followed its recording) or reacting.
     pub hit_from_behind: Option<String>,
     /// Steps driven.
@@ -216,6 +219,7 @@ impl DriveRecord {
             ego_side: collision.map(|c| c.ego.name().into()),
             other_side: collision.map(|c| c.other.name().into()),
             impact: driven.impact.as_ref().map(Into::into),
+            preventability: driven.preventability(),
             hit_from_behind: driven.drive.hit_from_behind().map(|hit| hit.name().into()),
             steps: driven.steps(),
             cycles: driven.drive.cycles.len(),
