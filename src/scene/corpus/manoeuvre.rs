@@ -50,8 +50,8 @@ pub(super) struct PairMotion<'a> {
     pub to_first_lane: Option<LaneRelation>,
     /// The change of heading of the ego and of the other, around the window too, radians.
     pub turns: [f64; 2],
-    /// Where both were heading a little before and after the window, on the whole.
-    pub along: Vector,
+    /// Where the ego and the other were heading a little before and after the window, added up.
+    pub along: [Vector; 2],
     /// The angle between their headings a little before the window, radians.
     pub angle_before: f64,
     /// The other is a static obstacle.
@@ -122,14 +122,15 @@ impl PairMotion<'_> {
         [0, 1].map(|end| is_inside(self.aside[end].unwrap_or_else(|| self.at(end).y)))
     }
 
-    /// Whether the other changed lanes, not the ego: without lanes, who moved farther across where both were heading.
+    /// Whether the other changed lanes, not the ego: without lanes, who moved farther across where it was heading on the whole.
     fn other_moved(&self, into: bool) -> bool {
         if self.lanes.iter().all(Option::is_some) {
             return self.to_first_lane.is_some_and(in_line) == into;
         }
-        let across =
-            |[from, to]: [&Motion; 2]| self.along.perp(&(to.pose.position - from.pose.position));
-        across(self.other).abs() > across(self.ego).abs()
+        let across = |[from, to]: [&Motion; 2], along: Vector| {
+            along.perp(&(to.pose.position - from.pose.position)).abs()
+        };
+        across(self.other, self.along[1]) > across(self.ego, self.along[0])
     }
 
     /// Whether the other was ahead of the ego in its lane and left it.

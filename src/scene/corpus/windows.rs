@@ -350,10 +350,8 @@ impl<'c, 's, 'n> EgoWindows<'c, 's, 'n> {
             lanes,
             aside: [aside(first), aside(last)],
             to_first_lane: self.relation(first, theirs[1]),
-            along: [own.0, own.1, their.0, their.1]
-                .map(|heading| Vector::new(heading.cos(), heading.sin()))
-                .iter()
-                .sum(),
+            along: [own, their]
+                .map(|(from, to)| Vector::new(from.cos() + to.cos(), from.sin() + to.sin())),
             turns: [angle_between(own.0, own.1), angle_between(their.0, their.1)],
             angle_before: angle_between(own.0, their.0).abs(),
             stands,
