@@ -15,6 +15,7 @@ pub struct DriveFigures {
     is_goal: bool,
     is_collision: bool,
     ran_into: bool,
+    rear_ended: bool,
     unharmed: bool,
     /// Serious injuries that are expected; nothing where no curve tells.
     harm: Option<f64>,
@@ -27,6 +28,7 @@ impl From<&DrivenScenario> for DriveFigures {
             is_goal: matches!(driven.outcome(), Outcome::Goal(_)),
             is_collision: collision.is_some(),
             ran_into: collision.is_some_and(|c| c.kind() == CollisionKind::RanInto),
+            rear_ended: collision.is_some_and(|c| c.kind() == CollisionKind::RearEnded),
             unharmed: driven.unharmed(),
             harm: driven.p_serious(),
         }
@@ -57,6 +59,8 @@ pub struct StandingRecord {
     collision: usize,
     /// Of these, the ego's front into another.
     ran_into: usize,
+    /// Of these, another's front into the ego's rear: traffic that follows its recording does not see it brake.
+    rear_ended: usize,
     /// Serious injuries that are expected of its collisions, those without a published curve left out.
     p_serious: f64,
     /// Its share of collisions minus that of the first planner, paired.
@@ -114,6 +118,7 @@ pub fn records(all: &[Standing]) -> Vec<StandingRecord> {
             goal: count(|d| d.is_goal),
             collision: count(|d| d.is_collision),
             ran_into: count(|d| d.ran_into),
+            rear_ended: count(|d| d.rear_ended),
             p_serious: one.drives.iter().filter_map(|d| d.harm).sum(),
             collision_difference,
             collision_interval,
@@ -152,6 +157,7 @@ pub fn words(all: &[Standing]) -> String {
         Right(5),
         Right(9),
         Right(8),
+        Right(10),
         Right(9),
         Left(24),
     ];
@@ -160,6 +166,7 @@ pub fn words(all: &[Standing]) -> String {
         "goal",
         "collision",
         "ran into",
+        "rear-ended",
         "serious",
         "collisions to the first, %",
     ];
@@ -187,6 +194,7 @@ pub fn words(all: &[Standing]) -> String {
             record.goal.to_string(),
             record.collision.to_string(),
             record.ran_into.to_string(),
+            record.rear_ended.to_string(),
             format!("{:.3}", record.p_serious),
             difference,
         ];
