@@ -12,7 +12,7 @@ use nearmiss_workflow::{AskDocument, EventLine, Rate, ScenarioRow};
 
 use super::derived::{Derived, derived, noun};
 use crate::{
-    ask, batches, bundle, config, corpus, doctor, evaluate, export, find, generate, import, index,
+    ask, batches, bundle, config, corpus, doctor, drivers, evaluate, export, find, generate, import, index,
     inspect, metrics, models, plan, prompt, prompts, tune,
 };
 
@@ -26,6 +26,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<VariantLine>(),
     derived::<prompt::DescriptionDocument>(),
     derived::<doctor::Document>(),
+    derived::<drivers::DriverDocument>(),
     derived::<evaluate::BatchDocument>(),
     derived::<evaluate::LeaksDocument>(),
     derived::<evaluate::DryRunDocument<'static>>(),
