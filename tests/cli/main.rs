@@ -18,6 +18,8 @@ mod convert;
 mod crashed;
 mod cropped;
 mod doctor;
+mod drivers;
+mod drivers;
 mod egos;
 #[path = "../domain/protobuf/encode.rs"]
 mod encode;
