@@ -16,7 +16,7 @@ pub use super::features::batch::state::{Batch, BatchProposal, Counts, MarkedScen
 pub use super::features::compare::state::{
     BlindMode, Compare, MAX_COMPARED, Marking, PendingRating, REASONS, shuffle,
 };
-pub use super::features::drivers::state::{Drivers, EncounterKey};
+pub use super::features::drivers::state::{Drivers, EncounterKey, EncounterToJudge};
 pub use super::features::experiment::state::{
     CountedExperiment, ExperimentOutline, ExperimentView,
 };

@@ -276,6 +276,7 @@ pub fn coarse(forecast: Forecast) -> Settings {
         replan: 1,
         without: None,
         traffic: TrafficMode::Recorded,
+        policy: None,
     }
 }
 

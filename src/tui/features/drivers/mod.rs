@@ -12,19 +12,17 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
-use std::sync::Arc;
 
 use crate::action::Action;
 use crate::features::generation::panel::VariantScreen;
 use crate::features::{Screen, Step, moves_scene};
 use crate::loaded::{DriverDrive, DriverSeat};
 use crate::message::Effect;
-use crate::model::{EncounterKey, Model};
+use crate::model::{EncounterKey, EncounterToJudge, Model};
 use crate::request::Computation;
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::row::{self, Lines};
 use crate::widgets::window;
-use nearmiss_scene::scenario::Scene;
 
 /// Columns of a driver's line: sign and id, outcome, reaction, last moment.
 const COLUMNS: [usize; 4] = [8, 16, 7, 5];
@@ -118,7 +116,7 @@ fn text(model: &Model, width: usize) -> Text<'static> {
         (Some(found), None) => {
             lines.plain(&found.words());
             lines.text.push_line("");
-            let head = ["  driver", "outcome", "reacts", "last"];
+            let head = ["", "outcome", "reacts", "last"];
             let head: Vec<row::Cell> = { head.into_iter().zip(COLUMNS) }
                 .map(|(words, columns)| (words.into(), columns, dim))
                 .collect();
@@ -126,7 +124,7 @@ fn text(model: &Model, width: usize) -> Text<'static> {
             for verdict in &found.drivers {
                 lines.text.extend(line(model, found, verdict, width));
             }
-            let legend = "closing speed of ego → driver, m/s; seconds before the encounter: its first reaction, the last moment to take over";
+            let legend = "closing speed of ego → driver; seconds before the encounter: its first reaction, its last moment to take over; behind: someone runs into it from behind";
             let legend = textwrap::wrap(legend, width.max(8)).into_iter();
             let legend = legend.map(|words| Line::styled(words.into_owned(), dim));
             lines.text.extend(legend);
@@ -195,6 +193,19 @@ fn outcome(found: &PreventabilityRecord, verdict: &VerdictRecord) -> String {
 fn about(lines: &mut Lines, model: &Model) {
     let driver = model.driver_shown();
     lines.title(driver.name);
+    if let Some((verdict, (opened, _))) = model.verdict_shown().zip(model.encounter()) {
+        let dt = opened.scenario.dt();
+        let when = |step: i64| format!("at {:.1} s, step {step}", step as f64 * dt);
+        let moments = [
+            ("reacts", verdict.reacts_step),
+            ("last", verdict.last_moment_step),
+        ];
+        for (name, step) in moments {
+            if let Some(step) = step {
+                lines.say(name, &when(step));
+            }
+        }
+    }
     lines.plain(driver.formula);
     for p in driver.parameters {
         let value = format!("{:.3}", p.value);
@@ -226,13 +237,7 @@ pub fn counted(lines: &mut Lines, model: &Model) {
 
 /// What the encounter lacks: its verdicts, and the drive where one is shown.
 pub fn request(model: &mut Model) -> Vec<Effect> {
-    let judge = model.unjudged();
-    let judge = judge.map(|(key, scene, obstacle, step)| JudgeEncounter {
-        key,
-        scene,
-        obstacle,
-        step,
-    });
+    let judge = model.unjudged().map(JudgeEncounter);
     let mut effects: Vec<Effect> = judge.map(Effect::from).into_iter().collect();
     let screens = &model.screens;
     let in_strip =
@@ -246,22 +251,21 @@ pub fn request(model: &mut Model) -> Vec<Effect> {
 
 /// Asks all drivers about an encounter.
 #[derive(Debug)]
-pub struct JudgeEncounter {
-    key: EncounterKey,
-    scene: Arc<Scene>,
-    obstacle: i64,
-    step: i64,
-}
+pub struct JudgeEncounter(EncounterToJudge);
 
 impl Computation for JudgeEncounter {
     type Value = (EncounterKey, PreventabilityRecord);
 
     fn compute(self) -> Self::Value {
-        let found = Field::around(&self.scene, self.step).map(|field| {
-            let found = Preventability::in_field(&field, self.obstacle, self.step);
+        let EncounterToJudge { key, scene, .. } = self.0;
+        let found = Field::around(&scene, key.step).map(|field| {
+            let mut found = Preventability::in_field(&field, key.obstacle, key.step);
+            if self.0.is_certified {
+                found.ideal_avoids();
+            }
             PreventabilityRecord::from(&found.with_last_moments(&field))
         });
-        (self.key, found.unwrap_or_default())
+        (key, found.unwrap_or_default())
     }
 
     fn take(model: &mut Model, (key, record): Self::Value) {

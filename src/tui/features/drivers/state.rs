@@ -15,8 +15,21 @@ use crate::model::Model;
 #[derive(Debug, Clone)]
 pub struct EncounterKey {
     scene: Weak<Scene>,
-    obstacle: i64,
-    step: i64,
+    /// The other in it.
+    pub obstacle: i64,
+    /// Its step.
+    pub step: i64,
+}
+
+/// An encounter that drivers have to be asked about.
+#[derive(Debug)]
+pub struct EncounterToJudge {
+    /// Which.
+    pub key: EncounterKey,
+    /// The scene, kept until it is judged.
+    pub scene: Arc<Scene>,
+    /// Whether a certificate says that the ideal driver avoids it.
+    pub is_certified: bool,
 }
 
 impl PartialEq for EncounterKey {
@@ -132,10 +145,21 @@ impl Model {
     /// The same, where the encounter is one of what is open.
     #[must_use]
     pub fn judged_here(&self) -> Option<&PreventabilityRecord> {
-        let (opened, _) = self.encounter()?;
-        let here = std::ptr::eq(opened, self.opened.as_deref()?);
         self.judged()
-            .filter(|found| here && !found.drivers.is_empty())
+            .filter(|found| self.is_encounter_here() && !found.drivers.is_empty())
+    }
+
+    /// Whether the encounter is one of what is open, and not of the variant of the original that is.
+    #[must_use]
+    pub fn is_encounter_here(&self) -> bool {
+        let there = self
+            .encounter()
+            .and_then(|(opened, _)| opened.scene.as_ref());
+        let here = self
+            .opened
+            .as_ref()
+            .and_then(|opened| opened.scene.as_ref());
+        { there.zip(here) }.is_some_and(|(there, here)| Arc::ptr_eq(there, here))
     }
 
     /// Why drivers have nothing to say of the encounter.
@@ -184,17 +208,20 @@ impl Model {
     }
 
     /// The encounter that has to be judged.
-    pub fn unjudged(&mut self) -> Option<(EncounterKey, Arc<Scene>, i64, i64)> {
+    pub fn unjudged(&mut self) -> Option<EncounterToJudge> {
         let (opened, key) = self.encounter_key()?;
-        let scene = opened.scene.clone()?;
+        let encounter = EncounterToJudge {
+            key: key.clone(),
+            scene: opened.scene.clone()?,
+            is_certified: opened.certificate.is_some(),
+        };
         let judged = &mut self.drivers.judged;
         judged.retain(|(known, _)| known.scene.strong_count() > 0);
         if judged.iter().any(|(known, _)| *known == key) {
             return None;
         }
-        judged.push((key.clone(), None));
-        let (obstacle, step) = (key.obstacle, key.step);
-        Some((key, scene, obstacle, step))
+        judged.push((key, None));
+        Some(encounter)
     }
 
     /// The drive that is missing beside the encounter.

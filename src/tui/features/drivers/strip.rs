@@ -61,7 +61,7 @@ fn drives<'a>(model: &Model, strip: &Strip<'a>) -> Vec<Drive<'a>> {
     drives.extend(original.map(|drive| ("original", theme.text, Dash::Dotted, drive)));
     drives.push((strip.ego.whose(), theme.danger, Dash::Solid, strip.ego));
     drives.extend(strip.driver.and_then(|drive| {
-        let name = drive.driven?.driver()?;
+        let (_, name) = drive.driven?.driver()?;
         Some((name, theme.ego, Dash::Dashed, drive))
     }));
     drives
@@ -187,7 +187,8 @@ fn title(
         None if moment.opened.planned.is_some() => ", planned ego".into(),
         None => ", recorded ego".into(),
     };
-    let mut name = name.to_string();
+    let whole = moment.driven.and_then(DrivenBy::driver);
+    let mut name = whole.map_or(name, |(whole, _)| whole).to_string();
     // The gap says more.
     if name.width() + more.width() + words.width() + gap.width() + 1 < room {
         name.push_str(&more);

@@ -372,7 +372,10 @@ impl DriverMarks {
                 None => last.push((at, vec![id])),
             }
         }
-        let reacts = model.verdict_shown().and_then(|shown| shown.reacts_step);
+        // The ideal driver always does at once.
+        let shown = model.verdict_shown();
+        let reacts =
+            shown.and_then(|shown| shown.reacts_step.filter(|step| *step > found.from_step));
         Self {
             last,
             reacts: reacts.map(column),
@@ -396,17 +399,21 @@ impl DriverMarks {
             row.sign(*at, '┤', style)
         });
         for near in placed.chunk_by(|(a, _), (b, _)| b - a <= NAME) {
-            let ids: Vec<&str> = near
-                .iter()
-                .flat_map(|(_, ids)| ids.iter().copied())
-                .collect();
-            let words = ids.join(" ");
-            let [(first, _), .., (last, _)] = near else {
-                row.words_beside(near[0].0, &words, color);
+            let [(first, of_first), .., (last, of_last)] = near else {
+                row.words_beside(near[0].0, &near[0].1.join(" "), color);
                 continue;
             };
-            let before = first.checked_sub(words.len() + 1);
-            row.words(before.into_iter().chain([last + 2]), &words, color);
+            let mut place = |ids: &[&str], before: bool, behind: bool| {
+                let words = ids.join(" ");
+                let before = first.checked_sub(words.len() + 1).filter(|_| before);
+                let behind = behind.then_some(last + 2);
+                row.words(before.into_iter().chain(behind), &words, color)
+            };
+            let ids: Vec<&str> = near.iter().flat_map(|(_, ids)| ids.clone()).collect();
+            if near.len() == 2 || !place(&ids, true, true) {
+                place(of_first, true, false);
+                place(of_last, false, true);
+            }
         }
         if let Some(at) = self.reacts.filter(|at| row.sign(*at, '○', bold)) {
             row.words_beside(at, &format!("{shown} reacts"), bold);

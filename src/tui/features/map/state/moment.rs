@@ -82,13 +82,13 @@ pub enum DrivenBy {
 }
 
 impl DrivenBy {
-    /// The driver's name.
+    /// The driver's name, and a short one.
     #[must_use]
-    pub fn driver(self) -> Option<&'static str> {
+    pub fn driver(self) -> Option<(&'static str, &'static str)> {
         match self {
             Self::Ego => None,
-            Self::Certificate(_) => Some("ideal driver"),
-            Self::Driver(place, _) => Some(DRIVERS[place].name),
+            Self::Certificate(_) => Some(("ideal driver", "ideal driver")),
+            Self::Driver(place, _) => Some((DRIVERS[place].name, DRIVERS[place].id)),
         }
     }
 }
@@ -405,9 +405,8 @@ impl Model {
     /// The drive of the driver that is shown beside what is open.
     fn driver_beside(&self) -> Option<(&Opened, DrivenBy)> {
         let second = &self.map.second;
-        let (opened, _) = self.encounter().filter(|_| second.on && second.driver)?;
-        let here = std::ptr::eq(opened, self.opened.as_deref()?);
-        self.drive_shown().filter(|_| here)
+        let drive = self.drive_shown().filter(|_| second.on && second.driver);
+        drive.filter(|_| self.is_encounter_here())
     }
 
     /// The original of the variant that is open, or the variant of its original.
