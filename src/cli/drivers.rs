@@ -1,17 +1,23 @@
-//! `nearmiss drivers`: which models of drivers avoid the contacts and near misses of recordings; without files, the models.
+//! `nearmiss drivers`: which models of drivers avoid the contacts and near misses of recordings, or cases of a
+//! family; without either, the models.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use nearmiss_drive::driver::family::Family;
 use nearmiss_drive::driver::{DRIVERS, VerdictRecord};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_record::{Cell, Column, Kind, Row, text_table};
+use nearmiss_render::Format as PictureFormat;
 use nearmiss_scene::metrics::{SEVERITY_NAMES, Thresholds};
 use nearmiss_scene::scenario::Scene;
 use nearmiss_settings::Folders;
-use nearmiss_workflow::tables::{Encounter, RowFile, encounter_rows, encounter_table, encounters};
+use nearmiss_workflow::tables::{
+    Encounter, FamilyResults, RowFile, encounter_rows, encounter_table, encounters,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::corpus::save_picture;
 use super::ending::interrupted;
 use super::files::{Inputs, Labels};
 use super::many_files::{Failed, Job, NEXT, ShardOption};
@@ -26,6 +32,13 @@ pub struct Drivers {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     ego: EgoChoice,
+    /// Drive a family of UN Regulation 157 instead: cut-in, cut-out or braking, every case of the grid; -o FILE.svg or .png
+    /// draws the boundary of preventability.
+    #[arg(long, value_name = "FAMILY", conflicts_with = "paths")]
+    family: Option<Family>,
+    /// Only cases with these speeds of the ego (km/h), separated by commas.
+    #[arg(long, value_name = "KMH", value_delimiter = ',', requires = "family")]
+    speed: Vec<i64>,
     /// Format of the table [default: from the file name, else table].
     #[arg(long, value_enum)]
     format: Option<PageFormat>,
@@ -38,6 +51,9 @@ pub struct Drivers {
 /// Runs `drivers`.
 pub fn run(arguments: &Drivers) -> Outcome {
     let file = arguments.output.file();
+    if let Some(family) = arguments.family {
+        return drive(family, arguments);
+    }
     let format = PageFormat::of(arguments.format, file)?;
     if arguments.paths.is_empty() {
         return list(arguments, format);
@@ -84,6 +100,35 @@ pub fn run(arguments: &Drivers) -> Outcome {
         }
     }
     failed.end("judged")
+}
+
+/// Every case of a family: a table, the boundary in words, or a figure of it.
+fn drive(family: Family, arguments: &Drivers) -> Outcome {
+    let file = arguments.output.file();
+    let results = || {
+        FamilyResults::of(family, &arguments.speed)
+            .map_err(|why| Failure::input(format!("--speed: {why}")))
+    };
+    let picture =
+        |file: &&Path| PictureFormat::of_file(file).is_some_and(PictureFormat::is_picture);
+    if let (Some(file), None) = (file.filter(picture), arguments.format) {
+        let overwrites = arguments.output.overwrites();
+        return save_picture(&results()?.chart().picture(), file, overwrites);
+    }
+    let format = PageFormat::of(arguments.format, file)?.of_table();
+    if let Some(format) = format {
+        output::check_format(format, file)?;
+    }
+    let results = results()?;
+    let target = arguments.output.begin()?;
+    match format {
+        Some(format) => output::save_table(&results.table(), format, results.rows(), target, file),
+        None => {
+            let (columns, rows, meaning) = results.boundary();
+            let text = format!("{}{meaning}\n", text_table(&columns, &rows));
+            target.save(text.as_bytes())
+        }
+    }
 }
 
 type Judged = (Vec<String>, std::sync::Arc<Scene>, Vec<Encounter>);

@@ -29,7 +29,7 @@ mod view;
 
 pub use animation::{AnimationError, animate};
 pub use chart::{
-    Axis as ChartAxis, Bar, BarChart, ChartPoint, ChartSeries, PointChart, RateChart, RatePoint,
+    Axis as ChartAxis, Bar, BarChart, BoundaryChart, BoundaryPanel, ChartPoint, ChartSeries, PointChart, RateChart, RatePoint,
     coverage_picture,
 };
 pub use display::{Anchor, Area, Format, Item, Picture, Provenance, Segment, Spot, Stroke, Text};

@@ -19,7 +19,6 @@ mod crashed;
 mod cropped;
 mod doctor;
 mod drivers;
-mod drivers;
 mod egos;
 #[path = "../domain/protobuf/encode.rs"]
 mod encode;
@@ -30,6 +29,7 @@ mod evaluate_resume;
 mod experiments;
 mod extreme_scenarios;
 mod failing_servers;
+mod families;
 mod find;
 mod generate;
 mod generate_resume;

@@ -14,7 +14,7 @@ use nearmiss::formats::find;
 use nearmiss::geometry::Pose;
 use nearmiss::metrics::{Context, Grade, critical_moments};
 use nearmiss::scenario::{Motion, Scenario, Scene};
-use nearmiss_drive::driver::family::Case;
+use nearmiss_drive::driver::family::{Case, Family};
 use nearmiss_drive::driver::{DRIVERS, DriverResult, Field, Preventability, driver};
 
 use crate::support::program::skipped;
@@ -24,50 +24,6 @@ use crate::support::recorded::shared;
 fn every() -> usize {
     let asked = std::env::var("NEARMISS_JRC_EVERY").ok();
     asked.map_or(29, |n| n.parse().expect("a number of cases"))
-}
-
-/// The grids of JRC-FSM: cut-in slow and fast, cut-out, braking.
-fn grid() -> Vec<Case> {
-    let kmh = |speed: f64| speed / 3.6;
-    let mut cases = Vec::new();
-    let fast =
-        [70, 90, 110, 130].map(|speed| (speed, 30, (1..120).step_by(2).collect::<Vec<i32>>()));
-    let slow = [10, 20, 30, 40, 50, 60].map(|speed| (speed, 10, (1..60).collect()));
-    for (speed, step, gaps) in slow.iter().chain(&fast) {
-        for other in (10..*speed).step_by(*step) {
-            for gap in gaps {
-                for lateral in 0..18 {
-                    cases.push(Case::CutIn {
-                        speed: kmh(f64::from(*speed)),
-                        other: kmh(f64::from(other)),
-                        gap: f64::from(*gap),
-                        lateral: f64::from(lateral) * 0.1,
-                    });
-                }
-            }
-        }
-    }
-    for speed in (10..132).step_by(10) {
-        for front in (2..152).step_by(5) {
-            for lateral in 0..15 {
-                cases.push(Case::CutOut {
-                    speed: kmh(f64::from(speed)),
-                    front: f64::from(front),
-                    lateral: 0.1 + f64::from(lateral) * 0.2,
-                });
-            }
-        }
-    }
-    for share in 1..20 {
-        for speed in (12..130).step_by(2) {
-            let deceleration = 9.81 * (f64::from(share) * 0.05);
-            cases.push(Case::Braking {
-                speed: kmh(f64::from(speed)),
-                deceleration,
-            });
-        }
-    }
-    cases
 }
 
 fn line(id: &str, case: &Case) -> String {
@@ -96,7 +52,7 @@ fn four_drivers_do_what_the_joint_research_centre_s_program_says() {
         skipped("NEARMISS_JRC_FSM names no checkout of JRC-FSM");
         return;
     };
-    let grid = grid();
+    let grid: Vec<Case> = Family::ALL.into_iter().flat_map(Case::grid).collect();
     let mut asked = String::new();
     let mut expected = Vec::new();
     for (id, case) in ["cc", "r157", "rss", "fsm"]

@@ -3,9 +3,25 @@
 //! Motions are those of JRC-FSM (Joint Research Centre, 2021), which draws the figures of the regulation's annex: ten steps
 //! a second, places that follow from the speed at their own step, contact where boxes overlap at a step.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::DRIVERS;
 use super::competent::WANDERING;
 use super::model::{Driver, DriverModel, EXPECTATION, Now, Seen, surprise};
+
+/// Cases that differ in their parameters alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Family {
+    /// See [`Case::CutIn`].
+    CutIn,
+    /// See [`Case::CutOut`].
+    CutOut,
+    /// See [`Case::Braking`].
+    Braking,
+}
+
+nearmiss_record::named!(Family, "family");
 
 /// A case: a family with its parameters. Speeds in m/s, lengths in m, decelerations in m/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,6 +182,52 @@ impl Seat {
 }
 
 impl Case {
+    /// The cases of JRC-FSM, by speed of the ego, then that of the other; of these every gap, front or speed has all lateral
+    /// speeds or decelerations.
+    #[must_use]
+    pub fn grid(family: Family) -> Vec<Self> {
+        let kmh = |speed: i32| f64::from(speed) / 3.6;
+        let mut cases = Vec::new();
+        match family {
+            Family::CutIn => {
+                let slow = (10..=60).step_by(10).map(|speed| (speed, 10, 1));
+                let fast = (70..=130).step_by(20).map(|speed| (speed, 30, 2));
+                for (speed, slower, apart) in slow.chain(fast) {
+                    for other in (10..speed).step_by(slower) {
+                        for gap in (1..60 * apart).step_by(apart as usize) {
+                            cases.extend((0..18).map(|lateral| Self::CutIn {
+                                speed: kmh(speed),
+                                other: kmh(other),
+                                gap: f64::from(gap),
+                                lateral: f64::from(lateral) * 0.1,
+                            }));
+                        }
+                    }
+                }
+            }
+            Family::CutOut => {
+                for speed in (10..=130).step_by(10) {
+                    for front in (2..152).step_by(5) {
+                        cases.extend((0..15).map(|lateral| Self::CutOut {
+                            speed: kmh(speed),
+                            front: f64::from(front),
+                            lateral: 0.1 + f64::from(lateral) * 0.2,
+                        }));
+                    }
+                }
+            }
+            Family::Braking => {
+                for speed in (12..130).step_by(2) {
+                    cases.extend((1..20).map(|share| Self::Braking {
+                        speed: kmh(speed),
+                        deceleration: 9.81 * (f64::from(share) * 0.05),
+                    }));
+                }
+            }
+        }
+        cases
+    }
+
     /// What comes of it with a driver. `None` for one without a rule (the ideal driver), and in families that begin with
     /// following where its source does not say how it follows.
     #[must_use]

@@ -1,7 +1,9 @@
-//! Charts of numbers with intervals, in the look of the other figures: bars, points over two axes, and cells of a corpus.
+//! Charts of numbers with intervals, in the look of the other figures: bars, points over two axes, boundaries, cells of a corpus.
 
+mod boundary;
 mod rate;
 
+pub use boundary::{BoundaryChart, BoundaryPanel};
 pub use rate::{RateChart, RatePoint};
 
 use nearmiss_scene::corpus::{Coverage, SEVERITIES};
@@ -306,15 +308,8 @@ impl PointChart {
         picture.text(name.anchored(Anchor::Middle));
     }
 
-    fn color(&self, place: usize) -> Color {
-        match place % 6 {
-            0 => self.palette.ego,
-            place => self.palette.emphasised(place - 1),
-        }
-    }
-
     fn series(&self, picture: &mut Picture, frame: &Frame, place: usize, series: &ChartSeries) {
-        let color = self.color(place);
+        let color = color(&self.palette, place);
         if self.joined {
             let line: Vec<Spot> = series.points.iter().map(|p| frame.spot(p.x, p.y)).collect();
             let stroke = Stroke::new(color, LINE);
@@ -336,7 +331,7 @@ impl PointChart {
     fn legend(&self, picture: &mut Picture, area: &Area, width: f64) {
         for (place, series) in self.series.iter().enumerate() {
             let (x, y) = (area.right() + 12.0, area.y + 6.0 + 14.0 * place as f64);
-            let color = self.color(place);
+            let color = color(&self.palette, place);
             if self.joined {
                 let stroke = Stroke::new(color, LINE).dashed(DASHES[place % DASHES.len()]);
                 picture.line(&[(x - 7.0, y), (x + 7.0, y)], stroke);
@@ -346,6 +341,14 @@ impl PointChart {
             let name = fitted(&series.name, width - 24.0);
             picture.text(Text::new(at, name, LETTERS, self.palette.text));
         }
+    }
+}
+
+/// The colour of what stands at this place.
+fn color(palette: &Palette, place: usize) -> Color {
+    match place % 6 {
+        0 => palette.ego,
+        place => palette.emphasised(place - 1),
     }
 }
 

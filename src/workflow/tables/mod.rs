@@ -1,11 +1,13 @@
 //! The tables of scenes: their columns and rows, the same for commands and Python.
 
 mod encounters;
+mod family;
 mod lanes;
 mod measures;
 mod windows;
 
 pub use encounters::{Encounter, encounter_rows, encounter_table, encounters};
+pub use family::FamilyResults;
 pub use lanes::lane_table;
 pub use measures::{
     exact_columns, exact_rows, measure_table, provenance, scene_columns, scene_rows,
