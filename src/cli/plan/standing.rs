@@ -172,9 +172,10 @@ pub fn words(all: &[Standing]) -> String {
     ];
     let mut out = line("  ", &columns, &header);
     for record in records(all) {
-        let name = match record.baseline {
-            true => format!("{} (baseline)", record.planner),
-            false => record.planner.clone(),
+        let name = if record.baseline {
+            format!("{} (baseline)", record.planner)
+        } else {
+            record.planner.clone()
         };
         let percent = |value: f64| format!("{:+.1}", 100.0 * value);
         let difference = match (record.collision_difference, record.collision_interval) {

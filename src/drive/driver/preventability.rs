@@ -274,7 +274,7 @@ impl Field<'_> {
         }
         // Its direction is that before the contact.
         let before = { (self.first..=step).rev() }
-            .filter_map(|at| place(at))
+            .filter_map(place)
             .find(|(_, place)| place.velocity.norm() > STANDING);
         if let Some((_, place)) = before {
             match place.turned.abs() {

@@ -16,6 +16,7 @@ fn usual() -> Settings {
         replan: 1,
         without: None,
         traffic: TrafficMode::Recorded,
+        policy: None,
     }
 }
 

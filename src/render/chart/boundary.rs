@@ -160,9 +160,10 @@ impl BoundaryChart {
                     // At different heights, as boundaries may be the same.
                     let height = shape.len() * (place + 1) / (self.drivers.len() + 1);
                     let (row, first, last) = shape[height];
-                    let side = match last + 1 < panel.across.len() {
-                        true => last as f64 + 0.5,
-                        false => first as f64 - 0.5,
+                    let side = if last + 1 < panel.across.len() {
+                        last as f64 + 0.5
+                    } else {
+                        first as f64 - 0.5
                     };
                     let cases: usize = shape.iter().map(|(_, from, to)| to + 1 - from).sum();
                     if cases >= MARKED {
@@ -264,9 +265,12 @@ fn outline(shape: &[Run], (across, up): &(Scale, Scale)) -> Vec<Spot> {
         0 => -BEYOND,
         first => first as f64 - 0.5,
     };
-    let right = |last: usize| match last as f64 + 1.0 < across.count {
-        true => last as f64 + 0.5,
-        false => across.count + BEYOND,
+    let right = |last: usize| {
+        if last as f64 + 1.0 < across.count {
+            last as f64 + 0.5
+        } else {
+            across.count + BEYOND
+        }
     };
     let mut runs: Vec<(f64, Run)> = shape.iter().map(|run| (run.0 as f64, *run)).collect();
     let ends = (runs[0], runs[runs.len() - 1]);

@@ -211,6 +211,7 @@ fn settings(forecast: Forecast) -> Settings {
         replan: 1,
         without: None,
         traffic: crate::simulation::TrafficMode::Recorded,
+        policy: None,
     }
 }
 

@@ -235,6 +235,7 @@ fn settings(traffic: TrafficMode) -> Settings {
         replan: 1,
         without: None,
         traffic,
+        policy: None,
     }
 }
 
