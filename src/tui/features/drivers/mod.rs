@@ -289,6 +289,10 @@ impl Computation for TakeSeat {
     }
 
     fn take(model: &mut Model, (key, driver, drive): Self::Value) {
-        model.drivers.take_drive(&key, driver, drive);
+        let is_drawn = drive.is_some();
+        if model.drivers.take_drive(&key, driver, drive) && !is_drawn {
+            let name = DRIVERS[driver].name;
+            model.say(format!("{name}: not drawn, it leaves the ego's path"));
+        }
     }
 }

@@ -48,7 +48,7 @@ pub struct Drivers {
     /// it.
     judged: Vec<(EncounterKey, Option<Arc<PreventabilityRecord>>)>,
     /// The last drive that was asked for: of whom, and what came of it.
-    drive: Option<(EncounterKey, usize, Option<Option<Box<DriverDrive>>>)>,
+    drive: Option<(EncounterKey, usize, Option<Box<DriverDrive>>)>,
 }
 
 /// Whom a certificate is about; the first that is shown.
@@ -74,18 +74,19 @@ impl Drivers {
         }
     }
 
-    /// Takes a drive, unless another one was asked for since.
+    /// Takes a drive, unless another one was asked for since; says whether it did.
     pub fn take_drive(
         &mut self,
         key: &EncounterKey,
         driver: usize,
         drive: Option<Box<DriverDrive>>,
-    ) {
-        let asked = self.drive.as_mut();
-        if let Some((_, _, found)) = asked.filter(|(known, who, _)| known == key && *who == driver)
-        {
-            *found = Some(drive);
-        }
+    ) -> bool {
+        let mut asked = self.drive.as_mut();
+        let found = asked.take_if(|(known, who, _)| known == key && *who == driver);
+        found.is_some_and(|(_, _, found)| {
+            *found = drive;
+            true
+        })
     }
 }
 
@@ -152,14 +153,9 @@ impl Model {
     /// Whether the encounter is one of what is open, and not of the variant of the original that is.
     #[must_use]
     pub fn is_encounter_here(&self) -> bool {
-        let there = self
-            .encounter()
-            .and_then(|(opened, _)| opened.scene.as_ref());
-        let here = self
-            .opened
-            .as_ref()
-            .and_then(|opened| opened.scene.as_ref());
-        { there.zip(here) }.is_some_and(|(there, here)| Arc::ptr_eq(there, here))
+        let scene = |opened: &Opened| opened.scene.as_ref().map(Arc::as_ptr);
+        let there = self.encounter().and_then(|(opened, _)| scene(opened));
+        there.is_some() && there == self.opened.as_deref().and_then(scene)
     }
 
     /// Why drivers have nothing to say of the encounter.
@@ -202,7 +198,7 @@ impl Model {
             return Some((&drive.opened, DrivenBy::Certificate(drive.delay)));
         }
         let (known, who, found) = self.drivers.drive.as_ref()?;
-        let drive = found.as_ref()?.as_deref()?;
+        let drive = found.as_deref()?;
         let driven = DrivenBy::Driver(shown, drive.contact);
         (*known == key && *who == shown).then_some((&drive.opened, driven))
     }

@@ -308,6 +308,10 @@ fn driver(model: &mut Model) {
     if !shown && let Some(why) = model.without_drivers() {
         return model.say(why);
     }
+    if !shown && !model.is_encounter_here() {
+        let key = model.look.key(Action::SwitchVariant);
+        return model.say(format!("drivers drive in the variant: {key} shows it"));
+    }
     model.map.second.driver = !shown;
     if !model.map.second.on {
         turn(model);
