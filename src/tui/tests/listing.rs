@@ -349,7 +349,7 @@ fn for_an_order_by_danger_the_planner_drives_who_has_no_ego() {
     bench.model.zoomed = true;
     let frame = bench.frame(200, 60);
     let row = frame.lines().find(|line| line.contains(" planned "));
-    let has_reason = |row: &str| row.contains("hit 10.0 m/s") && row.contains(" 0X");
+    let has_reason = |row: &str| row.contains("serious 0.57 %") && row.contains(" 0X");
     assert!(row.is_some_and(has_reason), "{frame}");
     assert!(frame.contains("no ego in 1 "), "{frame}");
 }
