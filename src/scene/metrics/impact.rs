@@ -402,10 +402,10 @@ pub(super) const DELTA_V_OTHER: Measure = measure(
 
 pub(super) const P_SERIOUS: Measure = measure(
     "p_serious",
-    "risk of a serious injury (MAIS3+) by the contact",
+    "risk of a serious injury by the contact",
     "",
     Danger::High,
-    "of the people at most risk (Lubbe et al. 2022, Wang 2022)",
+    "MAIS3+ of the people at most risk (Lubbe et al. 2022, Wang 2022)",
     |encounter| of_first(encounter, |impact| impact.p_serious),
 );
 
