@@ -49,6 +49,8 @@ topics! {
         "OpenSCENARIO and OpenDRIVE: exports for simulators, and opening them";
     measures, "measures", "measures.md", ["metrics"],
         "Safety measures, the risk score, thresholds, the paper's convention";
+    impacts, "impacts", "impacts.md", [],
+        "How hard a contact is: Δv, the risk of a serious injury, and what they do not show";
     judge, "judge", "judge.md", [],
         "The built-in judge: exact geometry, and how far ahead it sees";
     prompting, "prompting", "prompting.md", ["prompt"],

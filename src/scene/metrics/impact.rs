@@ -127,7 +127,7 @@ const FRICTION: f64 = 0.5;
 
 /// Mass with its people, kg; infinite of what is fixed to the ground, nothing where a kind says nothing of it.
 ///
-/// Cars: mass in running order of new cars in the EU, rounded (ICCT, European Vehicle Market Statistics). Truck and bus: half
+/// Round numbers of ours. Cars: about that of new cars in the EU in running order (ICCT, European Vehicle Market Statistics). Truck and bus: half
 /// loaded, at most 40 t and 19.5 t (Directives 96/53/EC and 2015/719); a car's Δv is within 8 % for trucks of 8 to 40 t.
 /// People: 75 kg (Regulation (EU) 1230/2012), with the weight of usual motorcycles and bicycles. Train: a tram.
 fn mass(kind: ObstacleType) -> Option<f64> {
@@ -402,10 +402,10 @@ pub(super) const DELTA_V_OTHER: Measure = measure(
 
 pub(super) const P_SERIOUS: Measure = measure(
     "p_serious",
-    "risk of a serious injury (MAIS3+) by the contact",
+    "risk of a serious injury by the contact",
     "",
     Danger::High,
-    "of the people at most risk (Lubbe et al. 2022, Wang 2022)",
+    "MAIS3+ of the people at most risk (Lubbe et al. 2022, Wang 2022)",
     |encounter| of_first(encounter, |impact| impact.p_serious),
 );
 
