@@ -160,6 +160,7 @@ fn drives(criterion: &mut Criterion) {
         replan: 1,
         without: None,
         traffic: TrafficMode::Recorded,
+        policy: None,
     };
     let problem = &scenario.planning_problems[0];
     let anew = Driver::new(&scenario, problem, &settings).expect("a driver");

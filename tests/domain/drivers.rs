@@ -172,7 +172,6 @@ fn encounters() -> Option<Vec<Encounter>> {
     }
     let found = find(&folders).expect("folders");
     let mut all = Vec::new();
-    println!("{} entries", found.entries.len());
     for entry in found.entries {
         let Ok(scenario) = entry.read() else { continue };
         let mut scenes = Vec::new();
@@ -211,12 +210,6 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
     for one in &all {
         let began = Instant::now();
         let Some(field) = Field::around(&one.scene, one.step) else {
-            println!(
-                "no field: {} {:?} {}",
-                one.name,
-                one.scene.steps(),
-                one.step
-            );
             continue;
         };
         prepared += began.elapsed();
@@ -242,22 +235,6 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
                     verdict.result.word(),
                 ))
                 .or_default() += 1;
-        }
-        println!(
-            "DBG {} other {} step {} {:?} contact {:?}",
-            one.name,
-            one.obstacle,
-            one.step,
-            one.grade,
-            found
-                .contact
-                .map(|t| (t.obstacle, t.step, t.closing_speed, t.ego, t.other))
-        );
-        for v in &found.verdicts {
-            println!(
-                "DBG    {} {:?} reacts {:?} last {:?}",
-                v.driver.id, v.result, v.reacts, v.last_moment
-            );
         }
         let alone = field.ideal_ride(found.from);
         let ideal = found.by("ideal").expect("a driver").result;

@@ -313,6 +313,7 @@ fn bundled_light(step: i64, rules: RuleMode) -> (Option<i64>, RuleReport) {
         replan: 1,
         without: None,
         traffic: TrafficMode::Recorded,
+        policy: None,
     };
     let problem = &scenario.planning_problems[0];
     let driver = Driver::new(&scenario, problem, &settings).unwrap();

@@ -41,6 +41,7 @@ fn drives(entries: &[Entry]) -> Vec<Named> {
                     replan: REPLAN,
                     without: None,
                     traffic: TrafficMode::Recorded,
+                    policy: None,
                 };
                 let name = format!("{} {} {}", entry.name, problem.id, forecast.name());
                 let drive = drive(&scenario, problem, &settings);

@@ -64,6 +64,7 @@ fn driven(
         replan: 3,
         without,
         traffic: simulation::TrafficMode::Recorded,
+        policy: None,
     };
     drive(scenario, problem, &settings)
 }

@@ -268,6 +268,7 @@ impl Crossing {
             replan: 1,
             without: None,
             traffic: TrafficMode::Recorded,
+            policy: None,
         };
         let scenario = self.scenario();
         let problem = &scenario.planning_problems[0];
