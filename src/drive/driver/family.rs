@@ -228,6 +228,28 @@ impl Case {
         cases
     }
 
+    /// Its parameters in the order of their fields.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<f64> {
+        match *self {
+            Self::CutIn {
+                speed,
+                other,
+                gap,
+                lateral,
+            } => vec![speed, other, gap, lateral],
+            Self::CutOut {
+                speed,
+                front,
+                lateral,
+            } => vec![speed, front, lateral],
+            Self::Braking {
+                speed,
+                deceleration,
+            } => vec![speed, deceleration],
+        }
+    }
+
     /// What comes of it with a driver. `None` for one without a rule (the ideal driver), and in families that begin with
     /// following where its source does not say how it follows.
     #[must_use]

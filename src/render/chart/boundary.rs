@@ -156,7 +156,11 @@ impl BoundaryChart {
         picture.group("boundaries", Some(area), |p| {
             for (place, avoided) in panel.avoided.iter().enumerate() {
                 for shape in shapes(avoided, panel.up.len()) {
-                    p.polygon(&outline(&shape, &scales), None, Some(self.stroke(place)));
+                    match &outline(&shape, &scales)[..] {
+                        // There and back, dashes would fill each other's gaps.
+                        ring @ [_, _] => p.line(ring, self.stroke(place)),
+                        ring => p.polygon(ring, None, Some(self.stroke(place))),
+                    }
                     // At different heights, as boundaries may be the same.
                     let height = shape.len() * (place + 1) / (self.drivers.len() + 1);
                     let (row, first, last) = shape[height];

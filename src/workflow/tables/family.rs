@@ -14,24 +14,20 @@ const LANE: f64 = 3.5;
 /// The lateral speeds of the boundary for people, m/s, where a grid has them.
 const SHOWN: [f64; 4] = [0.5, 1.0, 1.5, 2.5];
 
-/// Unit of decelerations.
-const HARD: &str = "m/s²";
-
-/// So many panels beside each other, where a family does not say.
+/// So many panels of cut-outs beside each other.
 const BESIDE: usize = 5;
 
 /// A driver in a family.
 struct Seat {
     id: String,
-    /// In words.
     name: String,
     driver: &'static DriverModel,
-    /// Whether it knows the lanes.
-    lanes: bool,
+    /// How wide lanes are, metres, if it knows them.
+    lanes: Option<f64>,
 }
 
-/// A case with the result of each driver; `None` where one has no rule.
-type Driven = (Case, Vec<Option<CaseResult>>);
+/// The parameters of a case, and the result of each driver; `None` where one has no rule.
+type Driven = (Vec<f64>, Vec<Option<CaseResult>>);
 
 /// A family with what comes of its cases.
 pub struct FamilyResults {
@@ -40,51 +36,38 @@ pub struct FamilyResults {
     cases: Vec<Driven>,
 }
 
-/// The cases that differ in two parameters alone: by the horizontal, then the vertical axis of the figure.
+/// The cases that differ in their last two parameters alone: the horizontal and the vertical axis of the figure.
 struct Panel<'a> {
-    cases: &'a [Driven],
+    common: &'a [f64],
     across: Vec<f64>,
     up: Vec<f64>,
+    cases: &'a [Driven],
 }
 
 impl Panel<'_> {
-    /// Whether a driver avoids a case; `None` without a rule.
-    fn avoids(&self, driver: usize, across: usize, up: usize) -> Option<bool> {
-        let (_, results) = &self.cases[across * self.up.len() + up];
-        results[driver].map(|result| result.closing_speed.is_none())
+    /// Whether a driver avoids the cases, by the horizontal, then the vertical axis; empty without a rule.
+    fn avoided(&self, driver: usize) -> Vec<bool> {
+        let results = self.cases.iter().filter_map(|(_, results)| results[driver]);
+        results
+            .map(|result| result.closing_speed.is_none())
+            .collect()
     }
 }
 
-/// What the cases of a panel have in common (km/h), and where a case stands in it.
-fn place(case: &Case) -> ([Option<i64>; 2], f64, f64) {
-    match *case {
-        Case::CutIn {
-            speed,
-            other,
-            gap,
-            lateral,
-        } => ([Some(kmh(speed)), Some(kmh(other))], gap, lateral),
-        Case::CutOut {
-            speed,
-            front,
-            lateral,
-        } => ([Some(kmh(speed)), None], front, lateral),
-        Case::Braking {
-            speed,
-            deceleration,
-        } => ([None, None], kmh(speed) as f64, deceleration),
-    }
+/// What a case has in common with the others of its panel.
+fn common((parameters, _): &Driven) -> &[f64] {
+    &parameters[..parameters.len() - 2]
+}
+
+/// Where it stands in it.
+fn place((parameters, _): &Driven) -> (f64, f64) {
+    let end = parameters.len();
+    (parameters[end - 2], parameters[end - 1])
 }
 
 /// Speeds of the grids are whole km/h.
 fn kmh(speed: f64) -> i64 {
     (speed * 3.6).round() as i64
-}
-
-fn speed(case: &Case) -> i64 {
-    let (Case::CutIn { speed, .. } | Case::CutOut { speed, .. } | Case::Braking { speed, .. }) =
-        case;
-    kmh(*speed)
 }
 
 impl FamilyResults {
@@ -93,6 +76,7 @@ impl FamilyResults {
     /// # Errors
     /// The grid has no such speed; the message names those that it has.
     pub fn of(family: Family, speeds: &[i64]) -> Result<Self, String> {
+        let speed = |case: &Case| kmh(case.parameters()[0]);
         let mut grid = Case::grid(family);
         let mut known: Vec<i64> = grid.iter().map(speed).collect();
         known.dedup();
@@ -106,29 +90,25 @@ impl FamilyResults {
             id: driver.id.into(),
             name: driver.name.into(),
             driver,
-            lanes: false,
+            lanes: None,
         };
         let mut seats: Vec<Seat> = DRIVERS.iter().map(seat).collect();
         if family == Family::CutIn {
             // The one whose source sees a cut-in by the lanes.
-            seats.extend(
-                DRIVERS
-                    .iter()
-                    .filter(|one| one.id == "cc")
-                    .map(|driver| Seat {
-                        id: format!("{}_lanes", driver.id),
-                        name: format!("{} who knows the lanes, {LANE} m wide", driver.name),
-                        driver,
-                        lanes: true,
-                    }),
-            );
+            let known = DRIVERS.iter().filter(|driver| driver.id == "cc");
+            seats.extend(known.map(|driver| Seat {
+                id: format!("{}_lanes", driver.id),
+                name: format!("{} that knows the lanes, {LANE} m wide", driver.name),
+                lanes: Some(LANE),
+                ..seat(driver)
+            }));
         }
         let driven = |case: Case| {
             let results = seats.iter().map(|seat| match seat.lanes {
-                true => case.with_lanes(seat.driver, LANE),
-                false => case.with(seat.driver),
+                Some(width) => case.with_lanes(seat.driver, width),
+                None => case.with(seat.driver),
             });
-            (case, results.collect())
+            (case.parameters(), results.collect())
         };
         let cases = grid.into_par_iter().map(driven).collect();
         Ok(Self {
@@ -141,47 +121,40 @@ impl FamilyResults {
     /// The table: a row for each case.
     #[must_use]
     pub fn table(&self) -> Table {
-        let number = |name, unit, source| Column::new(name, Kind::Number, unit, source);
-        let lateral = |source| number("lateral_speed", "m/s", source);
-        let mut columns = vec![number("ego_speed", "m/s", "the ego's speed at the begin")];
-        columns.extend(match self.family {
+        let ego = ("ego_speed", "m/s", "the ego's speed at the begin");
+        let parameters = match self.family {
             Family::CutIn => vec![
-                number("other_speed", "m/s", "speed of the vehicle that cuts in"),
-                number(
-                    "gap",
-                    "m",
-                    "between both along the road, once it has its lateral speed",
-                ),
-                lateral("lateral speed of the vehicle that cuts in"),
+                ego,
+                ("other_speed", "m/s", "of who cuts in"),
+                ("gap", "m", "to who cuts in, once it has its lateral speed"),
+                ("lateral_speed", "m/s", "of who cuts in"),
             ],
             Family::CutOut => vec![
-                number(
-                    "front_gap",
-                    "m",
-                    "between the vehicle that leaves the lane and the one that stands",
-                ),
-                lateral("lateral speed of the vehicle that leaves the lane"),
+                ego,
+                ("front_gap", "m", "from who leaves the lane to who stands"),
+                ("lateral_speed", "m/s", "of who leaves the lane"),
             ],
-            Family::Braking => vec![number(
-                "deceleration",
-                HARD,
-                "how hard the vehicle ahead brakes",
-            )],
-        });
-        columns.extend(self.seats.iter().flat_map(|seat| {
-            let column = |name: String, kind, unit, source: String| Column {
-                name: name.into(),
-                source: source.into(),
-                ..Column::new("", kind, unit, "").optional()
+            Family::Braking => vec![ego, ("deceleration", "m/s²", "of who is ahead")],
+        };
+        let parameters = parameters.into_iter();
+        let parameters = parameters.map(|(n, unit, s)| Column::new(n, Kind::Number, unit, s));
+        let results = self.seats.iter().flat_map(|seat| {
+            let contact = Column::new("", Kind::Number, "m/s", "closing speed at its contact");
+            let result = Column {
+                name: seat.id.clone().into(),
+                source: seat.name.clone().into(),
+                ..Column::new("", Kind::Text, "", "").optional()
             };
-            let closing = format!("{}_closing_speed", seat.id);
-            let meaning = "closing speed at its contact".into();
+            let name = format!("{}_closing_speed", seat.id).into();
             [
-                column(seat.id.clone(), Kind::Text, "", seat.name.clone()),
-                column(closing, Kind::Number, "m/s", meaning),
+                result,
+                Column {
+                    name,
+                    ..contact.optional()
+                },
             ]
-        }));
-        let mut table = Table::new("family", columns);
+        });
+        let mut table = Table::new("family", parameters.chain(results).collect());
         table.metadata = vec![
             ("version", env!("CARGO_PKG_VERSION").into()),
             ("family", self.family.name().into()),
@@ -194,123 +167,98 @@ impl FamilyResults {
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let number = |value: f64| Cell::finite(rounded(value));
-        let row = |(case, results): &Driven| {
-            let parameters = match *case {
-                Case::CutIn {
-                    speed,
-                    other,
-                    gap,
-                    lateral,
-                } => vec![speed, other, gap, lateral],
-                Case::CutOut {
-                    speed,
-                    front,
-                    lateral,
-                } => vec![speed, front, lateral],
-                Case::Braking {
-                    speed,
-                    deceleration,
-                } => vec![speed, deceleration],
-            };
-            let results = results.iter().flat_map(|result| match result {
-                None => [Cell::None(""), Cell::None("")],
-                Some(result) => match result.closing_speed {
-                    None => ["avoided".into(), Cell::None("")],
-                    Some(closing) => ["not_avoided".into(), number(closing)],
-                },
-            });
-            parameters.into_iter().map(number).chain(results).collect()
+        let result = |result: &Option<CaseResult>| match result.map(|one| one.closing_speed) {
+            None => [Cell::None(""), Cell::None("")],
+            Some(None) => ["avoided".into(), Cell::None("")],
+            Some(Some(closing)) => ["not_avoided".into(), number(closing)],
+        };
+        let row = |(parameters, results): &Driven| {
+            let parameters = parameters.iter().map(|value| number(*value));
+            parameters.chain(results.iter().flat_map(result)).collect()
         };
         self.cases.iter().map(row).collect()
     }
 
-    fn panels(&self) -> Vec<Panel<'_>> {
-        let chunks = self.cases.chunk_by(|a, b| place(&a.0).0 == place(&b.0).0);
-        let panels = chunks.map(|cases| {
-            let places = cases.iter().map(|(case, _)| place(case));
-            let columns: Vec<_> = places.collect();
-            let same = columns.chunk_by(|a, b| a.1 == b.1);
-            let across = same.map(|column| column[0].1).collect::<Vec<_>>();
-            let up = columns.iter().take(columns.len() / across.len());
+    fn panels(&self) -> impl Iterator<Item = Panel<'_>> {
+        let alike = self.cases.chunk_by(|a, b| common(a) == common(b));
+        alike.map(|cases| {
+            let columns = cases.chunk_by(|a, b| place(a).0 == place(b).0);
+            let across: Vec<f64> = columns.map(|column| place(&column[0]).0).collect();
+            let column = &cases[..cases.len() / across.len()];
             Panel {
-                cases,
-                up: up.map(|(.., up)| *up).collect(),
+                common: common(&cases[0]),
+                up: column.iter().map(|case| place(case).1).collect(),
                 across,
+                cases,
             }
-        });
-        panels.collect()
+        })
     }
 
-    /// The drivers that have a rule in this family.
-    fn ruled(&self) -> impl Iterator<Item = (usize, &Seat)> {
-        let first = self.cases.first().map(|(_, results)| results);
-        let seats = self.seats.iter().enumerate();
-        seats.filter(move |(place, _)| first.is_some_and(|results| results[*place].is_some()))
-    }
-
-    /// The boundary for people: of each driver with a rule the smallest gap of the grid from which on it avoids contact, or the
-    /// hardest deceleration up to which it does; and what that is, in a sentence.
+    /// The boundary for people, with what it is in a sentence: of each driver with a rule the smallest gap of the grid from
+    /// which on it avoids contact (m), or the hardest deceleration up to which it does (m/s²).
     #[must_use]
     pub fn boundary(&self) -> (Vec<Column>, Vec<Row>, &'static str) {
-        let column = |name: &str, unit: &'static str| Column {
-            title: name.to_owned().into(),
-            decimals: (unit == HARD).then_some(1),
-            ..Column::new("", Kind::Number, unit, "")
-        };
-        let (parameters, sentence): (&[(&str, &'static str)], _) = match self.family {
+        let lateral = ("lateral", "m/s");
+        let (own, unit, sentence) = match self.family {
             Family::CutIn => (
-                &[("ego", "km/h"), ("other", "km/h"), ("lateral", "m/s")],
-                "m: the smallest gap of the grid from which on the driver avoids contact; -: none",
+                lateral,
+                "m",
+                "the smallest gap of the grid from which on a driver avoids contact; -: there is none",
             ),
             Family::CutOut => (
-                &[("ego", "km/h"), ("lateral", "m/s")],
-                "m: how far ahead who stands has to be, of the grid, for the driver to avoid contact; -: farther than the \
-                 grid goes",
+                lateral,
+                "m",
+                "how far from who leaves the lane who stands has to be, in the grid, for a driver to avoid contact; \
+                 -: farther",
             ),
             Family::Braking => (
-                &[("ego", "km/h")],
-                "m/s²: the hardest braking ahead, of the grid, up to which the driver avoids contact; -: none",
+                ("ego", "km/h"),
+                "m/s²",
+                "the hardest braking ahead, of the grid, up to which a driver avoids contact; -: there is none",
             ),
         };
-        let unit = match self.family {
-            Family::Braking => HARD,
-            _ => "m",
-        };
-        let columns = { parameters.iter() }
-            .map(|(name, unit)| column(name, unit))
-            .chain(self.ruled().map(|(_, seat)| column(&seat.id, unit)));
-        let mut rows = Vec::new();
+        let mut ruled: Vec<usize> = (0..self.seats.len()).collect();
+        ruled.retain(|driver| { self.cases.iter() }.any(|(_, results)| results[*driver].is_some()));
+        let (mut rows, mut count) = (Vec::new(), 0);
         for panel in self.panels() {
-            let common = place(&panel.cases[0].0).0;
-            let mut add = |own: f64, limit: &dyn Fn(usize) -> Option<f64>| {
-                let limits = self.ruled().map(|(driver, _)| limit(driver));
-                let own = std::iter::once(Cell::finite(rounded(own)));
-                let common = common.iter().flatten().map(|speed| Cell::Integer(*speed));
-                let limits = limits.map(|value| value.map_or(Cell::None(""), Cell::finite));
-                rows.push(common.chain(own).chain(limits).collect());
+            count = panel.common.len();
+            let (across, up) = (&panel.across, &panel.up);
+            let avoided: Vec<_> = ruled.iter().map(|driver| panel.avoided(*driver)).collect();
+            // Cases with their values, from those that are easiest to avoid.
+            let mut add = |own: Cell, line: Vec<(usize, f64)>| {
+                let limits = avoided.iter().map(|avoided| {
+                    let safe = line.iter().take_while(|(case, _)| avoided[*case]);
+                    safe.last()
+                        .map_or(Cell::None(""), |(_, limit)| Cell::finite(*limit))
+                });
+                let speeds = { panel.common.iter() }.map(|speed| Cell::Integer(kmh(*speed)));
+                rows.push(speeds.chain([own]).chain(limits).collect());
             };
-            let avoids = |driver, i, j| panel.avoids(driver, i, j) == Some(true);
             if self.family == Family::Braking {
-                for (i, speed) in panel.across.iter().enumerate() {
-                    add(*speed, &|driver| {
-                        let safe = panel.up.iter().enumerate();
-                        let safe = safe.take_while(|(j, _)| avoids(driver, i, *j));
-                        safe.last().map(|(_, hardest)| *hardest)
-                    });
+                for (i, speed) in across.iter().enumerate() {
+                    let line = up.iter().enumerate();
+                    let line = line.map(|(j, value)| (i * up.len() + j, *value));
+                    add(Cell::Integer(kmh(*speed)), line.collect());
                 }
                 continue;
             }
-            for (j, lateral) in panel.up.iter().enumerate() {
+            for (j, lateral) in up.iter().enumerate() {
                 if SHOWN.iter().any(|shown| (shown - lateral).abs() < 1e-6) {
-                    add(*lateral, &|driver| {
-                        let safe = panel.across.iter().enumerate().rev();
-                        let safe = safe.take_while(|(i, _)| avoids(driver, *i, j));
-                        safe.last().map(|(_, smallest)| *smallest)
-                    });
+                    let line = across.iter().enumerate().rev();
+                    let line = line.map(|(i, value)| (i * up.len() + j, *value));
+                    add(Cell::finite(rounded(*lateral)), line.collect());
                 }
             }
         }
-        (columns.collect(), rows, sentence)
+        let speeds = [("ego", "km/h"), ("other", "km/h")].into_iter().take(count);
+        let ids = ruled.iter().map(|driver| (&*self.seats[*driver].id, unit));
+        let column = |(title, unit): (&str, &'static str)| Column {
+            title: title.to_owned().into(),
+            decimals: (unit == "m/s²").then_some(1),
+            ..Column::new("", Kind::Number, unit, "")
+        };
+        let columns = speeds.chain([own]).chain(ids).map(column).collect();
+        (columns, rows, sentence)
     }
 
     /// The figure, with the axes of the regulation's annex.
@@ -319,38 +267,35 @@ impl FamilyResults {
         let (across, up) = match self.family {
             Family::CutIn => ("gap (m)", "lateral speed (m/s)"),
             Family::CutOut => (
-                "from the leaving vehicle to the one that stands (m)",
+                "from who leaves the lane to who stands (m)",
                 "lateral speed (m/s)",
             ),
-            Family::Braking => ("speed of both (km/h)", "deceleration ahead (m/s²)"),
+            Family::Braking => ("speed (km/h)", "deceleration ahead (m/s²)"),
         };
         let mut rows: Vec<Vec<BoundaryPanel>> = Vec::new();
         let mut before = None;
         for panel in self.panels() {
-            let ([speed, other], ..) = place(&panel.cases[0].0);
-            let name = match (speed, other) {
-                (Some(speed), Some(other)) => format!("{speed} km/h, other {other}"),
-                (Some(speed), None) => format!("{speed} km/h"),
+            let name = match *panel.common {
+                [speed, other] => format!("{} km/h, other {}", kmh(speed), kmh(other)),
+                [speed] => format!("{} km/h", kmh(speed)),
                 _ => String::new(),
             };
-            let avoided = (0..self.seats.len()).map(|driver| {
-                let cases = panel.cases.iter();
-                let result = |(_, results): &Driven| {
-                    results[driver].map(|result| result.closing_speed.is_none())
-                };
-                cases.filter_map(result).collect()
-            });
+            let in_kmh = |speed: &f64| kmh(*speed) as f64;
             let drawn = BoundaryPanel {
                 name,
-                avoided: avoided.collect(),
-                across: panel.across,
+                avoided: (0..self.seats.len())
+                    .map(|seat| panel.avoided(seat))
+                    .collect(),
+                across: match self.family {
+                    Family::Braking => panel.across.iter().map(in_kmh).collect(),
+                    _ => panel.across,
+                },
                 up: panel.up,
             };
-            // A row for each speed, or as many as have room.
-            let goes_on = match other {
-                Some(_) => before == speed,
-                None => rows.last().is_some_and(|row| row.len() < BESIDE),
-            };
+            // Cut-ins have a row for each speed.
+            let speed = panel.common.first().copied();
+            let has_room = rows.last().is_some_and(|row| row.len() < BESIDE);
+            let goes_on = has_room && (self.family != Family::CutIn || before == speed);
             before = speed;
             match rows.last_mut().filter(|_| goes_on) {
                 Some(row) => row.push(drawn),
@@ -358,6 +303,7 @@ impl FamilyResults {
             }
         }
         let name = self.family.name();
+        let program = concat!("nearmiss ", env!("CARGO_PKG_VERSION"));
         BoundaryChart {
             across: across.into(),
             up: up.into(),
@@ -370,10 +316,7 @@ impl FamilyResults {
                     "UN Regulation 157, family {name}: {} cases, and which drivers avoid contact.",
                     self.cases.len()
                 ),
-                facts: vec![(
-                    "program",
-                    concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into(),
-                )],
+                facts: vec![("program", program.into())],
             },
         }
     }
