@@ -47,7 +47,7 @@ pub fn run(arguments: &Help) -> Outcome {
             "json" => output::text(&vocabulary()),
             "experiments" => output::text(&format!("\n## Keys\n\n{}", knobs::keys())),
             "planners" => output::text(&planner_messages()),
-            "drivers" => output::text(&format!("\n## Each driver\n\n{}", drivers::page())),
+            "preventability" => output::text(&format!("\n## Each driver\n\n{}", drivers::page())),
             "tools" => output::text(&nearmiss_study::tools::table()),
             _ => Ok(()),
         };

@@ -87,7 +87,7 @@ topics! {
         "Planners of your own: a protocol of JSON lines, what is reported, an example";
     generating, "generating", "generating.md", ["generate"],
         "Dangerous variants of safe scenarios: attack, gate, certificate";
-    drivers, "drivers", "drivers.md", ["drivers"],
+    preventability, "preventability", "preventability.md", ["drivers"],
         "Would a competent and careful driver have avoided it: six models, who avoids what, until when";
     wishes, "wishes", "wishes.md", [],
         "Attacks that terms describe: who, which manoeuvre, from where";

@@ -29,7 +29,7 @@ fn every_driver_is_listed_with_its_numbers() {
         delays,
         [Some(0.75), Some(0.35), Some(0.75), Some(0.75), None, None]
     );
-    let page = home.run(&["help", "drivers"]).status(0).stdout;
+    let page = home.run(&["help", "preventability"]).status(0).stdout;
     assert!(
         page.contains("ρ = 0.35 s") && page.contains("not made for: pedestrians"),
         "{page}"
