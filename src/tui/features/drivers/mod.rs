@@ -189,6 +189,9 @@ fn outcome(found: &PreventabilityRecord, verdict: &VerdictRecord) -> String {
     }
 }
 
+/// Why there is no drive of a driver that avoids the encounter.
+const UNDRAWN: &str = "not drawn, it leaves the ego's path";
+
 /// The driver that is shown: formula, numbers, source and limits.
 fn about(lines: &mut Lines, model: &Model) {
     let driver = model.driver_shown();
@@ -205,6 +208,9 @@ fn about(lines: &mut Lines, model: &Model) {
                 lines.say(name, &when(step));
             }
         }
+    }
+    if model.is_undrawn() {
+        lines.say("drive", UNDRAWN);
     }
     lines.plain(driver.formula);
     for p in driver.parameters {
@@ -289,10 +295,11 @@ impl Computation for TakeSeat {
     }
 
     fn take(model: &mut Model, (key, driver, drive): Self::Value) {
-        let is_drawn = drive.is_some();
-        if model.drivers.take_drive(&key, driver, drive) && !is_drawn {
+        model.drivers.take_drive(&key, driver, drive);
+        // The panel says so itself.
+        if model.is_undrawn() && model.screens.is_empty() {
             let name = DRIVERS[driver].name;
-            model.say(format!("{name}: not drawn, it leaves the ego's path"));
+            model.say(format!("{name}: {UNDRAWN}"));
         }
     }
 }

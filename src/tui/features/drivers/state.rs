@@ -48,7 +48,7 @@ pub struct Drivers {
     /// it.
     judged: Vec<(EncounterKey, Option<Arc<PreventabilityRecord>>)>,
     /// The last drive that was asked for: of whom, and what came of it.
-    drive: Option<(EncounterKey, usize, Option<Box<DriverDrive>>)>,
+    drive: Option<(EncounterKey, usize, Option<Option<Box<DriverDrive>>>)>,
 }
 
 /// Whom a certificate is about; the first that is shown.
@@ -74,19 +74,18 @@ impl Drivers {
         }
     }
 
-    /// Takes a drive, unless another one was asked for since; says whether it did.
+    /// Takes a drive, unless another one was asked for since.
     pub fn take_drive(
         &mut self,
         key: &EncounterKey,
         driver: usize,
         drive: Option<Box<DriverDrive>>,
-    ) -> bool {
-        let mut asked = self.drive.as_mut();
-        let found = asked.take_if(|(known, who, _)| known == key && *who == driver);
-        found.is_some_and(|(_, _, found)| {
-            *found = drive;
-            true
-        })
+    ) {
+        let asked = self.drive.as_mut();
+        if let Some((_, _, found)) = asked.filter(|(known, who, _)| known == key && *who == driver)
+        {
+            *found = Some(drive);
+        }
     }
 }
 
@@ -198,9 +197,15 @@ impl Model {
             return Some((&drive.opened, DrivenBy::Certificate(drive.delay)));
         }
         let (known, who, found) = self.drivers.drive.as_ref()?;
-        let drive = found.as_deref()?;
+        let drive = found.as_ref()?.as_deref()?;
         let driven = DrivenBy::Driver(shown, drive.contact);
         (*known == key && *who == shown).then_some((&drive.opened, driven))
+    }
+
+    /// Whether the drive that was asked for last cannot be drawn.
+    #[must_use]
+    pub fn is_undrawn(&self) -> bool {
+        self.drive_shown().is_none() && matches!(self.drivers.drive, Some((_, _, Some(None))))
     }
 
     /// The encounter that has to be judged.
