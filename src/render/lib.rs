@@ -29,8 +29,8 @@ mod view;
 
 pub use animation::{AnimationError, animate};
 pub use chart::{
-    Axis as ChartAxis, Bar, BarChart, BoundaryChart, BoundaryPanel, ChartPoint, ChartSeries, PointChart, RateChart, RatePoint,
-    coverage_picture,
+    Axis as ChartAxis, Bar, BarChart, BoundaryChart, BoundaryPanel, ChartPoint, ChartSeries,
+    PointChart, RateChart, RatePoint, coverage_picture,
 };
 pub use display::{Anchor, Area, Format, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
 pub use figure::{

@@ -12,8 +12,8 @@ use nearmiss_workflow::{AskDocument, EventLine, Rate, ScenarioRow};
 
 use super::derived::{Derived, derived, noun};
 use crate::{
-    ask, batches, bundle, config, corpus, doctor, drivers, evaluate, export, find, generate, import, index,
-    inspect, metrics, models, plan, prompt, prompts, tune,
+    ask, batches, bundle, config, corpus, doctor, drivers, evaluate, export, find, generate,
+    import, index, inspect, metrics, models, plan, prompt, prompts, tune,
 };
 
 /// Every output that is one type.

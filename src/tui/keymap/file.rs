@@ -181,7 +181,10 @@ fn skipped(map: &Keymap, table: &DeTable<'_>) -> Option<String> {
 }
 
 /// Names of actions in earlier versions, with those of today.
-const RENAMED: [(&str, &str); 1] = [("reset-template", "discard-draft")];
+const RENAMED: [(&str, &str); 2] = [
+    ("reset-template", "discard-draft"),
+    ("certificate-map", "driver-map"),
+];
 
 fn place(scope: Scope, id: &str) -> Option<usize> {
     let renamed = RENAMED.iter().find(|(old, _)| *old == id);

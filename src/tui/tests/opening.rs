@@ -550,10 +550,11 @@ fn menus_spell_out_what_they_switch_and_how_it_stands() {
 }
 
 #[test]
-fn a_keymap_file_may_still_say_reset_template() {
-    let map = Keymap::parse("keymap.toml", "[global]\nreset-template = \"f9\"\n").unwrap();
-    let key = map.key_of(crate::action::Action::DiscardDraft);
-    assert_eq!(key, "F9");
+fn a_keymap_file_may_still_say_earlier_names_of_actions() {
+    let text = "[global]\nreset-template = \"f9\"\ncertificate-map = \"f8\"\n";
+    let map = Keymap::parse("keymap.toml", text).unwrap();
+    assert_eq!(map.key_of(crate::action::Action::DiscardDraft), "F9");
+    assert_eq!(map.key_of(crate::action::Action::DriverMap), "F8");
 }
 
 #[test]
