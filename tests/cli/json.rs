@@ -207,6 +207,7 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             "metrics",
             vec!["metrics", CUT_IN, "--convention", "paper", "--format=json"],
         ),
+        ("drivers", vec!["drivers", "--format=json"]),
         ("metrics-list", vec!["metrics", "--list", "--format=json"]),
         ("models", vec!["models", "--offline", "--format=json"]),
         (

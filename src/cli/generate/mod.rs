@@ -200,7 +200,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let wish = arguments.wished();
     if wish.is_some() && !searching {
         return Err(Failure::input(
-            "--wish and --preventable-by are for the search, not for a model: leave out --model, or change the model's template",
+            "--wish is for the search, not for a model, and so is --preventable-by: leave out --model, or change the model's template",
         ));
     }
     let writer = (!searching)

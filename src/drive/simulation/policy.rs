@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nearmiss_base::geometry::{Pose, angle_between, normalize_angle};
 use nearmiss_scene::metrics::DrivenPath;
-use nearmiss_scene::scenario::{Motion, ObstacleRole, ObstacleType, Scenario};
+use nearmiss_scene::scenario::{HumanLimits, Motion, ObstacleRole, ObstacleType, Scenario};
 
 use super::Driver as Simulation;
 use super::traffic::Idm;
@@ -241,8 +241,10 @@ impl<'a> Seat<'a> {
             .filter(|o| o.ahead > 0.0 && o.gap_lat <= 0.0);
         let leader = ahead.min_by(|a, b| a.gap_long.total_cmp(&b.gap_long));
         let free = idm.free(v, wanted);
-        leader.map_or(free, |leader| {
+        let wanted = leader.map_or(free, |leader| {
             free - idm.interaction(v, leader.gap_long, leader.speed.max(0.0))
-        })
+        });
+        // No more than people brake, as traffic that reacts.
+        wanted.max(-HumanLimits::for_kind(ObstacleType::Car).braking)
     }
 }
