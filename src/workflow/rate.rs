@@ -279,7 +279,11 @@ mod tests {
                     metres: 50_000.0,
                 },
                 obstacles: Exposure::default(),
-                events: events.iter().filter(|_| i % 2 == 0).cloned().collect(),
+                events: events
+                    .iter()
+                    .filter(|_| i.is_multiple_of(2))
+                    .cloned()
+                    .collect(),
             },
         };
         IndexedEvents {

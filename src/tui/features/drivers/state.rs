@@ -39,6 +39,9 @@ impl PartialEq for EncounterKey {
     }
 }
 
+/// A drive that was asked for: nothing while it is worked out, then the drive, or that it cannot be drawn.
+type DriveReply = Option<Option<Box<DriverDrive>>>;
+
 /// What is known of drivers.
 #[derive(Debug)]
 pub struct Drivers {
@@ -48,7 +51,7 @@ pub struct Drivers {
     /// it.
     judged: Vec<(EncounterKey, Option<Arc<PreventabilityRecord>>)>,
     /// The last drive that was asked for: of whom, and what came of it.
-    drive: Option<(EncounterKey, usize, Option<Option<Box<DriverDrive>>>)>,
+    drive: Option<(EncounterKey, usize, DriveReply)>,
 }
 
 /// Whom a certificate is about; the first that is shown.
