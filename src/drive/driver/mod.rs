@@ -1,8 +1,8 @@
 //! Drivers: models of a person at the wheel, who see only the past and brake along the ego's own path.
 //!
-//! A file and a row of [`DRIVERS`] each: formula, parameters, source, and what it was not made for. They drive on a
-//! straight road of numbers ([`family`]) and through recorded traffic with exact bodies ([`Ride`]); the same model
-//! decides in both. [`Preventability`] asks all of them about one contact or near miss.
+//! A file and a row of `DRIVERS` each: formula, parameters, source, and what it was not made for. They drive on a
+//! straight road of numbers (`family`) and through recorded traffic with exact bodies (`Ride`); the same model
+//! decides in both. `Preventability` asks all of them about one contact or near miss.
 
 mod competent;
 pub mod family;
