@@ -45,18 +45,8 @@ pub const MODEL: DriverModel = DriverModel {
             unit: "m/s²",
             what: "deceleration with no foot on a pedal",
         },
-        Parameter {
-            symbol: "j",
-            value: JERK,
-            unit: "m/s³",
-            what: "growth of the braking",
-        },
-        Parameter {
-            symbol: "B",
-            value: MOST,
-            unit: "m/s²",
-            what: "strongest braking, 0.774 g",
-        },
+        GROWTH,
+        STRONGEST,
     ],
     source: "UN Regulation 157, annex, performance model 1; a and the overlap, which stands in where no lane is known, as in \
              JRC-FSM (Joint Research Centre, 2021)",
@@ -86,6 +76,21 @@ const RELEASED: f64 = 0.4;
 pub(super) const JERK: f64 = 12.65;
 /// See [`JERK`].
 pub(super) const MOST: f64 = 0.774 * 9.81;
+
+/// The row of [`JERK`].
+pub(super) const GROWTH: Parameter = Parameter {
+    symbol: "j",
+    value: JERK,
+    unit: "m/s³",
+    what: "growth of the braking",
+};
+/// The row of [`MOST`].
+pub(super) const STRONGEST: Parameter = Parameter {
+    symbol: "B",
+    value: MOST,
+    unit: "m/s²",
+    what: "strongest braking, 0.774 g",
+};
 
 struct Competent(Foot);
 

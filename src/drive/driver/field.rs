@@ -108,12 +108,9 @@ impl<'s> Field<'s> {
     }
 
     fn look_around(&self) -> Vec<Other<'s>> {
-        let end = self.ego.last().map_or(0.0, |(s, v)| s + v * AFTER);
-        let corners = [Some(0.0), self.ego.last().map(|(s, _)| *s), Some(end)];
-        let middle = self.lookout.path.at(self.ego[self.ego.len() / 2].0);
-        let points = { corners.into_iter().flatten() }
-            .filter_map(|s| self.lookout.path.at(s))
-            .chain(middle);
+        let end = self.ego.last().map(|(s, v)| s + v * AFTER);
+        let places = self.ego.iter().map(|(s, _)| *s).chain(end);
+        let points = places.filter_map(|s| self.lookout.path.at(s));
         let bounds = points.fold(None, |bounds: Option<(Point, Point)>, pose| {
             let p = pose.position;
             Some(bounds.map_or((p, p), |(low, high)| (low.inf(&p), high.sup(&p))))
@@ -126,6 +123,7 @@ impl<'s> Field<'s> {
             (low.x - most..=high.x + most).contains(&p.x)
                 && (low.y - most..=high.y + most).contains(&p.y)
         };
+        let ends = self.recording_ends();
         let participants = self.scene.participants().filter_map(|participant| {
             // Of a region that someone may be in nothing is known.
             if participant.obstacle.is_set_based() {
@@ -133,7 +131,7 @@ impl<'s> Field<'s> {
             }
             let mut hint = 0;
             let mut place = |step: i64| {
-                let (motion, is_known) = self.motion(&participant, step)?;
+                let (motion, is_known) = self.motion(&participant, step, ends)?;
                 let footprint = participant.footprint_at(step);
                 near(&motion.pose.position, footprint.reach()).then_some(())?;
                 self.lookout.place(footprint, &motion, is_known, &mut hint)
@@ -148,14 +146,13 @@ impl<'s> Field<'s> {
         participants.collect()
     }
 
-    /// The motion of another at a step, continued after the end of the recording, and whether it is known then.
-    fn motion(&self, participant: &Participant<'_>, step: i64) -> Option<(Motion, bool)> {
+    /// The motion of another at a step, continued after the `end` of the recording, and whether it is known then.
+    fn motion(&self, participant: &Participant<'_>, step: i64, end: i64) -> Option<(Motion, bool)> {
         let track = participant.obstacle.track();
         if let Some(motion) = participant.at(step) {
             return Some((*motion, track.motion_known_at(step) <= step));
         }
         // Who was gone before the recording ended stays away.
-        let end = self.recording_ends();
         let motion = participant.at(end).filter(|_| step > end)?;
         let away = motion.velocity_vector() * (step - end) as f64 * self.lookout.dt;
         let pose = Pose {

@@ -1,6 +1,6 @@
 //! The Fuzzy Safety Model: brakes softly while a gap is short, hard while a contact comes near.
 
-use super::competent::{JERK, MOST, MOTORWAY};
+use super::competent::{GROWTH, JERK, MOST, MOTORWAY};
 use super::model::{Driver, DriverModel, Foot, Now, Parameter, Seen};
 
 /// A row of [`super::DRIVERS`].
@@ -41,12 +41,7 @@ pub const MODEL: DriverModel = DriverModel {
             unit: "m",
             what: "margin of the gap",
         },
-        Parameter {
-            symbol: "j",
-            value: JERK,
-            unit: "m/s³",
-            what: "growth of the braking",
-        },
+        GROWTH,
     ],
     source: "Mattas et al., Accident Analysis and Prevention 148, 2020; UN Regulation 157, performance model 2; as in \
              JRC-FSM (Joint Research Centre, 2021)",

@@ -1,6 +1,6 @@
 //! Which drivers would have avoided a contact or near miss, and until when they could.
 
-use nearmiss_scene::scenario::{ObstacleType, Scene};
+use nearmiss_scene::scenario::ObstacleType;
 
 use super::field::Field;
 use super::model::{DriverModel, NotMadeFor};
@@ -97,54 +97,44 @@ impl DriverResult {
 }
 
 impl Preventability {
-    /// What drivers make of the encounter with an obstacle that is worst at `step`; `None` where the ego is not there long
-    /// enough before.
+    /// What drivers make of the encounter with an obstacle that is worst at `step`, in a field around that step.
     ///
     /// Each takes the wheel 5 s before, or where the recording begins, and is looked at until 4 s after it.
-    #[must_use]
-    pub fn of(scene: &Scene, obstacle: i64, step: i64) -> Option<Self> {
-        Some(Self::in_field(&Field::around(scene, step)?, obstacle, step))
-    }
-
-    /// The same in a field around that step.
     #[must_use]
     pub fn in_field(field: &Field<'_>, obstacle: i64, step: i64) -> Self {
         let recorded = field.recorded();
         let contact = recorded.touch;
         let kinds = field.kinds(obstacle, step, contact.as_ref());
         let from = field.first;
-        let rides = DRIVERS.iter().map(|driver| {
-            let kind = driver.not_made_for.iter().find(|kind| kinds.contains(kind));
-            let result = |ride: &Ride| match (ride.touch, contact) {
-                (None, _) => DriverResult::Avoided,
-                (Some(touch), _)
-                    if touch.is_from_behind() && contact.is_none_or(|c| !c.is_from_behind()) =>
-                {
-                    DriverResult::HitFromBehind(touch)
-                }
-                (Some(touch), Some(before))
-                    if touch.closing_speed < before.closing_speed - SLOWER =>
-                {
-                    DriverResult::Mitigated(touch)
-                }
-                (Some(touch), _) => DriverResult::NotAvoided(touch),
-            };
-            match (kind, field.ride_of(driver, from)) {
-                (None, Some(ride)) => DriverVerdict {
-                    driver,
-                    result: result(&ride),
-                    reacts: ride.reacts,
-                    last_moment: None,
-                },
-                (kind, _) => DriverVerdict {
-                    driver,
-                    result: DriverResult::NotMadeFor(*kind.unwrap_or(&NotMadeFor::Behind)),
-                    reacts: None,
-                    last_moment: None,
-                },
+        let result = |ride: &Ride| match (ride.touch, contact) {
+            (None, _) => DriverResult::Avoided,
+            (Some(touch), _)
+                if touch.is_from_behind() && contact.is_none_or(|c| !c.is_from_behind()) =>
+            {
+                DriverResult::HitFromBehind(touch)
             }
+            (Some(touch), Some(before)) if touch.closing_speed < before.closing_speed - SLOWER => {
+                DriverResult::Mitigated(touch)
+            }
+            (Some(touch), _) => DriverResult::NotAvoided(touch),
+        };
+        let verdicts = DRIVERS.iter().filter_map(|driver| {
+            let kind = driver.not_made_for.iter().find(|kind| kinds.contains(kind));
+            let (result, reacts) = match kind {
+                Some(kind) => (DriverResult::NotMadeFor(*kind), None),
+                None => {
+                    let ride = field.ride_of(driver, from)?;
+                    (result(&ride), ride.reacts)
+                }
+            };
+            Some(DriverVerdict {
+                driver,
+                result,
+                reacts,
+                last_moment: None,
+            })
         });
-        let verdicts: Vec<DriverVerdict> = rides.collect();
+        let verdicts: Vec<DriverVerdict> = verdicts.collect();
         let avoided = verdicts.iter().any(|v| v.result == DriverResult::Avoided);
         let mut found = Self {
             obstacle,

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{DriverResult, DriverVerdict, Preventability, ideal};
+use nearmiss_scene::scenario::Scene;
+
+use super::{DriverResult, DriverVerdict, Field, Preventability, ideal};
 
 /// Which drivers avoid an encounter.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -92,6 +94,15 @@ impl VerdictRecord {
 }
 
 impl PreventabilityRecord {
+    /// What drivers make of the encounter with an obstacle that is worst at `step`, with their last moments; `None` where
+    /// the ego is not there before.
+    #[must_use]
+    pub fn of(scene: &Scene, obstacle: i64, step: i64) -> Option<Self> {
+        let field = Field::around(scene, step)?;
+        let found = Preventability::in_field(&field, obstacle, step);
+        Some((&found.with_last_moments(&field)).into())
+    }
+
     /// What the driver with this id makes of it.
     #[must_use]
     pub fn by(&self, driver: &str) -> Option<&VerdictRecord> {

@@ -1,6 +1,6 @@
 //! A driver's ride along the ego's path, and the first contact on it.
 
-use nearmiss_base::geometry::{Placed, Sweep, Vector};
+use nearmiss_base::geometry::{Sweep, Vector};
 use nearmiss_scene::metrics::{ContactSide, DEEP, sides};
 use nearmiss_scene::scenario::driven_way;
 
@@ -240,7 +240,7 @@ impl Field<'_> {
             }
         };
         let speed = was.speed + (now.speed - was.speed) * share;
-        let mine = heading_of(&own) * speed;
+        let mine = own.pose.forward() * speed;
         let touch = Touch {
             obstacle: other.participant.obstacle.id,
             step: step + 1,
@@ -255,10 +255,6 @@ impl Field<'_> {
 
 /// Bodies farther apart than this cannot touch within a step beyond what they move, metres.
 const MARGIN: f64 = 1.0;
-
-fn heading_of(body: &Placed<'_>) -> Vector {
-    body.pose.forward()
-}
 
 /// Arc length and speed a step later: evenly faster or slower, to a standstill at most.
 pub(super) fn advance(s: f64, speed: f64, acceleration: f64, dt: f64) -> (f64, f64) {

@@ -1,6 +1,6 @@
 //! Responsibility-Sensitive Safety as a driver: brakes once the safe distances are no longer kept.
 
-use super::competent::{JERK, MOST, MOTORWAY};
+use super::competent::{GROWTH, JERK, MOST, MOTORWAY, STRONGEST};
 use super::model::{Driver, DriverModel, Foot, Now, Parameter, Seen};
 
 /// A row of [`super::DRIVERS`].
@@ -40,18 +40,8 @@ pub const MODEL: DriverModel = DriverModel {
             unit: "m",
             what: "lateral fluctuation",
         },
-        Parameter {
-            symbol: "j",
-            value: JERK,
-            unit: "m/s³",
-            what: "growth of the braking",
-        },
-        Parameter {
-            symbol: "B",
-            value: MOST,
-            unit: "m/s²",
-            what: "strongest braking",
-        },
+        GROWTH,
+        STRONGEST,
     ],
     source: "Shalev-Shwartz, Shammah and Shashua, arXiv 1708.06374, 2017; as a driver with the braking of the competent \
              and careful one in JRC-FSM (Joint Research Centre, 2021)",

@@ -1,6 +1,6 @@
 //! A driver after NIEON (non-impaired, eyes on the conflict): responds the later, the more surprising the conflict is.
 
-use super::competent::{JERK, MOST};
+use super::competent::{GROWTH, JERK, MOST, STRONGEST};
 use super::model::{Driver, DriverModel, Foot, NotMadeFor, Now, Parameter, Seen};
 
 /// A row of [`super::DRIVERS`].
@@ -35,18 +35,8 @@ pub const MODEL: DriverModel = DriverModel {
             unit: "m",
             what: "room to pass; ours",
         },
-        Parameter {
-            symbol: "j",
-            value: JERK,
-            unit: "m/s³",
-            what: "growth of the braking",
-        },
-        Parameter {
-            symbol: "B",
-            value: MOST,
-            unit: "m/s²",
-            what: "strongest braking",
-        },
+        GROWTH,
+        STRONGEST,
     ],
     source: "its idea: Engström et al., Accident Analysis and Prevention 198, 2024, and Scanlon et al., 2022; its numbers, not \
              theirs: Green, Transportation Human Factors 2, 2000 (r, R), Markkula et al., Accident Analysis and \

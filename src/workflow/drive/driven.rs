@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nearmiss_drive::driver::{Field, Preventability, PreventabilityRecord};
+use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_drive::planner::{Cancel, Emergency};
 use nearmiss_drive::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
 use nearmiss_formats::Entry;
@@ -148,9 +148,7 @@ impl DrivenScenario {
     pub fn preventability(&self) -> Option<PreventabilityRecord> {
         let collision = self.collision()?;
         let scene = self.scene()?;
-        let field = Field::around(&scene, collision.step)?;
-        let found = Preventability::in_field(&field, collision.with, collision.step);
-        Some((&found.with_last_moments(&field)).into())
+        PreventabilityRecord::of(&scene, collision.with, collision.step)
     }
 
     /// Whether it ended as a drive may: at the goal, or out of time, without harm.

@@ -1,6 +1,6 @@
 //! The table of encounters: recorded contacts, conflicts and near misses, and which drivers avoid them.
 
-use nearmiss_drive::driver::{DRIVERS, Field, Preventability, PreventabilityRecord};
+use nearmiss_drive::driver::{DRIVERS, PreventabilityRecord};
 use nearmiss_record::{Cell, Column, Kind, Row, Table};
 use nearmiss_scene::metrics::{Context, SEVERITY_NAMES, Thresholds, critical_moments};
 use nearmiss_scene::scenario::Scene;
@@ -28,11 +28,9 @@ pub fn encounters(scene: &Scene, thresholds: &Thresholds) -> Vec<Encounter> {
         .into_iter()
         .filter(|moment| moment.grade.number() <= NEAR_MISS);
     let judged = severe.filter_map(|moment| {
-        let field = Field::around(scene, moment.step)?;
-        let found = Preventability::in_field(&field, moment.obstacle, moment.step);
         Some(Encounter {
             severity: moment.grade.number(),
-            drivers: PreventabilityRecord::from(&found.with_last_moments(&field)),
+            drivers: PreventabilityRecord::of(scene, moment.obstacle, moment.step)?,
         })
     });
     judged.collect()
