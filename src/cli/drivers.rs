@@ -134,8 +134,16 @@ fn drive(family: Family, arguments: &Drivers) -> Outcome {
 type Judged = (Vec<String>, std::sync::Arc<Scene>, Vec<Encounter>);
 
 fn judged(entry: &Entry, ego: &EgoSelection, thresholds: &Thresholds) -> Result<Judged, Failure> {
-    let (scene, said) = scene_and_doubts(entry, ego)?;
-    let found = encounters(&scene, thresholds);
+    let (scene, mut said) = scene_and_doubts(entry, ego)?;
+    let (found, early) = encounters(&scene, thresholds);
+    if early > 0 {
+        said.push(format!(
+            "nearmiss: {}: no driver is judged in {} that {} with the recording",
+            output::visible(&entry.display()),
+            output::counted(early, "encounter"),
+            if early == 1 { "begins" } else { "begin" }
+        ));
+    }
     Ok((said, scene, found))
 }
 

@@ -19,21 +19,21 @@ pub struct Encounter {
     pub drivers: PreventabilityRecord,
 }
 
-/// The encounters of a scene, the most severe first. Those that begin with the recording have none: nobody can drive
-/// before them.
+/// The encounters of a scene, the most severe first, and how many more begin with the recording: there is no time in which
+/// a driver could drive before these.
 #[must_use]
-pub fn encounters(scene: &Scene, thresholds: &Thresholds) -> Vec<Encounter> {
+pub fn encounters(scene: &Scene, thresholds: &Thresholds) -> (Vec<Encounter>, usize) {
     let moments = critical_moments(&Context::under(scene, thresholds));
-    let severe = moments
-        .into_iter()
-        .filter(|moment| moment.grade.number() <= NEAR_MISS);
-    let judged = severe.filter_map(|moment| {
+    let severe = { moments.iter() }.filter(|moment| moment.grade.number() <= NEAR_MISS);
+    let judged = severe.clone().filter_map(|moment| {
         Some(Encounter {
             severity: moment.grade.number(),
             drivers: PreventabilityRecord::of(scene, moment.obstacle, moment.step)?,
         })
     });
-    judged.collect()
+    let judged: Vec<Encounter> = judged.collect();
+    let early = severe.count() - judged.len();
+    (judged, early)
 }
 
 /// The table: of each driver what comes of it, how fast its contact is, and how long before the encounter it could still
