@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::driven;
 use crate::ending::interrupted;
 use crate::many_files::{Job, NEXT};
 use crate::open::configuration;
@@ -16,7 +15,7 @@ use nearmiss_scene::scenario::ContentHash;
 use nearmiss_settings::{Config, Planning};
 use nearmiss_workflow::PlannerFailure;
 use nearmiss_workflow::drive::{
-    BUILT_IN, DriveOptions, DriveRecord, DrivenScenario, PlannerChoice,
+    BUILT_IN, DriveOptions, DriveRecord, DrivenScenario, PlannerChoice, drive_entry,
 };
 
 /// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
@@ -122,7 +121,7 @@ impl CachedDrives {
         let stop = interrupted(true);
         let cancel = Cancel::from_flag(&stop);
         let work = |entry: &Entry| {
-            driven::drive(
+            drive_entry(
                 entry,
                 problem,
                 settings,

@@ -7,12 +7,15 @@ use nearmiss_formats::Entry;
 use nearmiss_scene::traffic_rules::Rule;
 use nearmiss_study::evaluation::statistics::PairedTest;
 use nearmiss_workflow::PlanError;
-use nearmiss_workflow::drive::{DriveOptions, DriveRecord, DrivenScenario, PlannerChoice};
+use nearmiss_workflow::drive::{
+    BeyondBaselines, DriveRecord, DrivenScenario, PlannerChoice, Standing, StandingRecord,
+    beyond_baselines, drive_by_all, standings,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::driven;
-use super::standing::{self, BeyondBaselines, Standing, StandingRecord};
+use super::standing;
 use super::table::{Export, OUTCOMES};
 use super::{NotDrivenRecord, PlanArguments};
 use crate::ending::interrupted;
@@ -82,21 +85,7 @@ pub fn run(
     if !job.json {
         output::text(&job.title())?;
     }
-    let both = |entry: &Entry| {
-        let drive = |planner| {
-            let options = DriveOptions {
-                planner: Some(planner),
-                monitor: None,
-                counts: false,
-            };
-            driven::drive(entry, problem, settings, options, &cancel)
-        };
-        let drives = all.iter().map(|planner| drive(planner).transpose());
-        let drives: Result<Option<Vec<DrivenScenario>>, PlanError> = drives
-            .collect::<Result<Vec<_>, _>>()
-            .map(|drives| drives.into_iter().collect());
-        drives.transpose()
-    };
+    let both = |entry: &Entry| drive_by_all(entry, problem, settings, &all, &cancel);
     let done = Job::new("scenarios", &stop).run(entries, both, |entry, drives| {
         job.take(entry, drives)?;
         NEXT
@@ -328,8 +317,8 @@ impl Comparison {
             scenarios: self.pairs.len(),
             missed: self.missed,
             differences: rows.collect(),
-            standings: standing::records(&self.standings),
-            beyond_baselines: standing::beyond(&self.standings),
+            standings: standings(&self.standings),
+            beyond_baselines: beyond_baselines(&self.standings),
         }
     }
 }

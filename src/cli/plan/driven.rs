@@ -1,46 +1,9 @@
-//! Drives one scenario, or each of several, and says which traffic rules a drive broke.
+//! Words about drives: steps beyond the vehicle, and traffic rules that are broken.
 
-use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::Settings;
-use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::traffic_rules::Rule;
-use nearmiss_workflow::drive::{self, DriveOptions, DriveRecord, DrivenScenario};
-use nearmiss_workflow::{OpenRequest, PlanError, PlanRequest, PreparedPlan, StandIn, prepare};
+use nearmiss_workflow::drive::{DriveRecord, DrivenScenario};
 
 use crate::output;
-
-/// Opens a scenario to drive its ego.
-pub fn request(
-    entry: &Entry,
-    problem: Option<i64>,
-    settings: &Settings,
-) -> Result<PreparedPlan, PlanError> {
-    prepare(&PlanRequest {
-        open: OpenRequest {
-            entry,
-            ego: &EgoSelection::Beside,
-            transform: None,
-            strict: false,
-            stand_in: StandIn::None,
-        },
-        problem,
-        settings,
-    })
-}
-
-/// Drives the ego of a scenario; nothing where `cancel` asked for an end.
-pub fn drive(
-    entry: &Entry,
-    problem: Option<i64>,
-    settings: &Settings,
-    options: DriveOptions<'_>,
-    cancel: &Cancel,
-) -> Option<Result<DrivenScenario, PlanError>> {
-    let prepared = request(entry, problem, settings);
-    prepared
-        .and_then(|prepared| drive::drive(entry, prepared, options, cancel))
-        .transpose()
-}
 
 /// That a drive has steps that the vehicle cannot do, in a few words.
 pub fn beyond_words(driven: &DrivenScenario) -> Option<String> {

@@ -23,7 +23,6 @@ use super::open::{configuration, found};
 use super::{Failure, Outcome, knobs, output};
 pub use compare::ComparisonRecord;
 pub use document::{CycleRecord, NotDrivenRecord, StandardErrorRecord};
-pub use driven::request;
 use files::{Files, Targets};
 pub use monitor::MonitorDryRun;
 use monitor::MonitorOptions;
@@ -33,7 +32,7 @@ use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
 use nearmiss_workflow::drive::{
-    BUILT_IN, DriveOptions, DriveRecord, DrivenScenario, PlannerChoice,
+    BUILT_IN, DriveOptions, DriveRecord, DrivenScenario, PlannerChoice, drive_entry,
 };
 use options::RunOptions;
 pub use options::{PlannerOptions, ProblemOption, identity, planning};
@@ -162,7 +161,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     };
     let work = |entry: &Entry| {
         journal.unit(entry, || {
-            driven::drive(
+            drive_entry(
                 entry,
                 problem,
                 &settings,

@@ -13,7 +13,7 @@ use nearmiss_scene::traffic_rules::RuleReport;
 
 use super::choice::{BUILT_IN, PlannerChoice, RECORDED};
 use crate::monitor::{Monitor, MonitorReport};
-use crate::plan::{PlanError, PlanOutcome, PreparedPlan};
+use crate::plan::{PlanError, PlanOutcome, PreparedPlan, prepare_beside};
 
 /// A drive, and of what.
 pub struct DrivenScenario {
@@ -107,6 +107,46 @@ pub fn drive(
             monitor,
         }
     }))
+}
+
+/// Drives the ego of a scenario from the start of a planning problem: that with the id, else that of the ego beside it,
+/// else the first; nothing where `cancel` asked for an end.
+#[must_use]
+pub fn drive_entry(
+    entry: &Entry,
+    problem: Option<i64>,
+    settings: &Settings,
+    options: DriveOptions<'_>,
+    cancel: &Cancel,
+) -> Option<Result<DrivenScenario, PlanError>> {
+    let prepared = prepare_beside(entry, problem, settings);
+    prepared
+        .and_then(|prepared| drive(entry, prepared, options, cancel))
+        .transpose()
+}
+
+/// The same drive by each of several planners, in their order; the first error ends it.
+#[must_use]
+pub fn drive_by_all(
+    entry: &Entry,
+    problem: Option<i64>,
+    settings: &Settings,
+    planners: &[PlannerChoice],
+    cancel: &Cancel,
+) -> Option<Result<Vec<DrivenScenario>, PlanError>> {
+    let mut drives = Vec::new();
+    for planner in planners {
+        let options = DriveOptions {
+            planner: Some(planner),
+            monitor: None,
+            counts: false,
+        };
+        match drive_entry(entry, problem, settings, options, cancel)? {
+            Ok(driven) => drives.push(driven),
+            Err(error) => return Some(Err(error)),
+        }
+    }
+    Some(Ok(drives))
 }
 
 impl DrivenScenario {

@@ -5,12 +5,16 @@ mod driven;
 mod monitored;
 mod record;
 mod rules;
+mod standing;
 
 pub use choice::{BUILT_IN, PlannerChoice, RECORDED};
-pub use driven::{DriveOptions, DrivenScenario, drive, median};
+pub use driven::{DriveOptions, DrivenScenario, drive, drive_by_all, drive_entry, median};
 pub use monitored::{MonitorAnswerRecord, MonitorRecord};
 pub use record::{
     DriveRecord, ExternalDriveRecord, PlannerFaultRecord, ReactionRecord, UndrivableRecord,
     thousandths,
 };
 pub use rules::{RuleRecord, ViolationRecord};
+pub use standing::{
+    BeyondBaselines, DriveFigures, Standing, StandingRecord, beyond_baselines, standings,
+};

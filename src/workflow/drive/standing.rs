@@ -1,0 +1,147 @@
+//! Where planners stand beside each other and beside baselines: outcomes and harm, paired with the first one.
+
+use nearmiss_drive::simulation::{CollisionKind, Outcome};
+use nearmiss_study::evaluation::statistics::PairedTest;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::DrivenScenario;
+
+/// What one drive counts for.
+#[derive(Debug, Clone, Copy)]
+pub struct DriveFigures {
+    is_goal: bool,
+    is_collision: bool,
+    ran_into: bool,
+    rear_ended: bool,
+    unharmed: bool,
+    /// Serious injuries that are expected; nothing where no curve tells.
+    harm: Option<f64>,
+}
+
+impl From<&DrivenScenario> for DriveFigures {
+    fn from(driven: &DrivenScenario) -> Self {
+        let collision = driven.collision();
+        Self {
+            is_goal: matches!(driven.outcome(), Outcome::Goal(_)),
+            is_collision: collision.is_some(),
+            ran_into: collision.is_some_and(|c| c.kind() == CollisionKind::RanInto),
+            rear_ended: collision.is_some_and(|c| c.kind() == CollisionKind::RearEnded),
+            unharmed: driven.unharmed(),
+            harm: driven.p_serious(),
+        }
+    }
+}
+
+/// All drives of one planner, a scenario each.
+#[derive(Debug)]
+pub struct Standing {
+    /// Its name.
+    pub name: String,
+    /// Whether it is a baseline that was not named.
+    pub is_baseline: bool,
+    /// In the order of scenarios, the same for all.
+    pub drives: Vec<DriveFigures>,
+}
+
+/// Where one planner stands.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct StandingRecord {
+    /// The planner.
+    pub planner: String,
+    /// Whether it drives as a baseline, without being named.
+    pub baseline: bool,
+    /// Drives that reach the goal.
+    pub goal: usize,
+    /// Drives that end in a collision.
+    pub collision: usize,
+    /// Of these, the ego's front into another.
+    pub ran_into: usize,
+    /// Of these, another's front into the ego's rear: traffic that follows its recording does not see it brake.
+    pub rear_ended: usize,
+    /// Serious injuries that are expected of its collisions, those without a published curve left out.
+    pub p_serious: f64,
+    /// Its share of collisions minus that of the first planner, paired.
+    pub collision_difference: Option<f64>,
+    /// 95 % interval of that difference.
+    pub collision_interval: Option<(f64, f64)>,
+    /// Its share of goals minus that of the first planner, paired.
+    pub goal_difference: Option<f64>,
+    /// 95 % interval of that difference.
+    pub goal_interval: Option<(f64, f64)>,
+}
+
+/// Scenarios that a lane follower does not solve.
+#[derive(Debug, Default, Serialize, JsonSchema)]
+pub struct BeyondBaselines {
+    /// Scenarios in which every baseline ends otherwise than at the goal or out of time.
+    pub scenarios: usize,
+    /// Of these, scenarios in which the first planner ends at the goal or out of time.
+    pub first_unharmed: usize,
+}
+
+/// The difference of a figure from the first planner's, and its interval.
+fn difference(
+    one: &Standing,
+    first: &Standing,
+    figure: fn(&DriveFigures) -> bool,
+) -> (Option<f64>, Option<(f64, f64)>) {
+    let as_number = |drive| f64::from(u8::from(figure(drive)));
+    let pairs = first.drives.iter().zip(&one.drives);
+    let differences: Vec<f64> = pairs.map(|(a, b)| as_number(a) - as_number(b)).collect();
+    let test = (differences.len() > 1)
+        .then(|| PairedTest::of_differences(&differences))
+        .flatten();
+    let interval = test.as_ref().and_then(|test| test.interval);
+    (
+        test.map(|test| 0.0 - test.difference),
+        interval.map(|i| (0.0 - i.high, 0.0 - i.low)),
+    )
+}
+
+/// Where all stand; the first is what the others are compared with.
+#[must_use]
+pub fn standings(all: &[Standing]) -> Vec<StandingRecord> {
+    let record = |(place, one): (usize, &Standing)| {
+        let count =
+            |figure: fn(&DriveFigures) -> bool| one.drives.iter().filter(|d| figure(d)).count();
+        let paired = |figure| match place {
+            0 => (None, None),
+            _ => difference(one, &all[0], figure),
+        };
+        let (collision_difference, collision_interval) = paired(|d| d.is_collision);
+        let (goal_difference, goal_interval) = paired(|d| d.is_goal);
+        StandingRecord {
+            planner: one.name.clone(),
+            baseline: one.is_baseline,
+            goal: count(|d| d.is_goal),
+            collision: count(|d| d.is_collision),
+            ran_into: count(|d| d.ran_into),
+            rear_ended: count(|d| d.rear_ended),
+            p_serious: one.drives.iter().filter_map(|d| d.harm).sum(),
+            collision_difference,
+            collision_interval,
+            goal_difference,
+            goal_interval,
+        }
+    };
+    all.iter().enumerate().map(record).collect()
+}
+
+/// Scenarios that no baseline solves, and what the first planner makes of them.
+#[must_use]
+pub fn beyond_baselines(all: &[Standing]) -> BeyondBaselines {
+    let baselines: Vec<&Standing> = all.iter().filter(|one| one.is_baseline).collect();
+    let mut found = BeyondBaselines::default();
+    for (place, drive) in all
+        .first()
+        .iter()
+        .flat_map(|first| first.drives.iter().enumerate())
+    {
+        if baselines.iter().all(|one| !one.drives[place].unharmed) {
+            found.scenarios += 1;
+            found.first_unharmed += usize::from(drive.unharmed);
+        }
+    }
+    found
+}
