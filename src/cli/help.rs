@@ -10,6 +10,8 @@ use clap_complete::Shell;
 use nearmiss_base::system::{did_you_mean, unknown};
 use nearmiss_docs::{TOPICS, explaining, topic};
 use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
+use nearmiss_study::evaluation::batch::Experiment;
+use nearmiss_workflow::annex::SafetyRequirement;
 use nearmiss_workflow::experiment_schema;
 
 use super::open::resolved;
@@ -22,7 +24,7 @@ pub struct Help {
     #[arg(value_name = "TOPIC|COMMAND")]
     words: Vec<String>,
     /// With the topic json: print the JSON schema of this output; with the topic experiments: `experiment`;
-    /// with the topic planners: of a message, such as `hello`.
+    /// with the topic requirements: `requirement`; with the topic planners: of a message, such as `hello`.
     #[arg(long, value_name = "OUTPUT")]
     schema: Option<String>,
 }
@@ -45,7 +47,11 @@ pub fn run(arguments: &Help) -> Outcome {
         output::text(topic.text)?;
         return match topic.name {
             "json" => output::text(&vocabulary()),
-            "experiments" => output::text(&format!("\n## Keys\n\n{}", knobs::keys())),
+            "experiments" => output::text(&format!("\n## Keys\n\n{}", knobs::keys::<Experiment>())),
+            "requirements" => output::text(&format!(
+                "\n## Keys\n\n{}",
+                knobs::keys::<SafetyRequirement>()
+            )),
             "planners" => output::text(&planner_messages()),
             "preventability" => output::text(&format!("\n## Each driver\n\n{}", drivers::page())),
             "tools" => output::text(&nearmiss_study::tools::table()),
@@ -88,7 +94,10 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("Measure", &["metrics", "corpus"]),
     ("Ask", &["ask", "prompt", "models"]),
     ("Evaluate", &["evaluate", "report", "runs", "tune"]),
-    ("Drive and attack", &["plan", "generate", "drivers"]),
+    (
+        "Drive and attack",
+        &["plan", "generate", "drivers", "annex"],
+    ),
     ("Serve", &["mcp"]),
     ("Set up", &["doctor", "config", "completions", "help"]),
 ];
@@ -178,18 +187,22 @@ fn set_by(option: &str, words: &[String]) -> Option<String> {
 /// Prints the JSON schema of an output.
 fn schema(words: &[String], name: &str) -> Outcome {
     let topic = match words {
-        [topic] if ["json", "experiments", "planners"].contains(&topic.as_str()) => topic.as_str(),
+        [topic] if ["json", "planners"].contains(&topic.as_str()) => topic.as_str(),
+        [topic] if FILES.iter().any(|file| file.topic == topic) => topic.as_str(),
         _ => {
             return Err(Failure::input(format!(
-                "--schema needs the topic json, experiments or planners: `nearmiss help {} --schema {name}`",
+                "--schema needs the topic json, experiments, requirements or planners: `nearmiss help {} --schema {name}`",
                 topic_of_schema(name)
             )));
         }
     };
+    let file = FILES.iter().find(|file| file.topic == topic);
     let schema = match topic {
         "json" => json::document(name),
         "planners" => planner_message_schema(name),
-        _ => (name == EXPERIMENT).then(experiment_schema),
+        _ => file
+            .filter(|file| file.name == name)
+            .map(|file| (file.schema)()),
     };
     let Some(schema) = schema else {
         let names: Vec<String> = match topic {
@@ -197,7 +210,7 @@ fn schema(words: &[String], name: &str) -> Outcome {
             "planners" => planner_message_names()
                 .map(|(name, _)| name.into())
                 .collect(),
-            _ => vec![EXPERIMENT.to_string()],
+            _ => file.iter().map(|file| file.name.to_string()).collect(),
         };
         let unknown = unknown("schema", name, names.iter().map(String::as_str));
         return Err(Failure::input(format!(
@@ -211,8 +224,8 @@ fn schema(words: &[String], name: &str) -> Outcome {
 /// The topic that has this schema.
 fn topic_of_schema(name: &str) -> &'static str {
     let mut messages = planner_message_names();
-    if name == EXPERIMENT {
-        "experiments"
+    if let Some(file) = FILES.iter().find(|file| file.name == name) {
+        file.topic
     } else if messages.any(|(message, _)| message == name) {
         "planners"
     } else {
@@ -220,8 +233,25 @@ fn topic_of_schema(name: &str) -> &'static str {
     }
 }
 
-/// The schema of the topic experiments.
-const EXPERIMENT: &str = "experiment";
+/// A kind of file that users write, with a schema for their editors.
+struct WrittenFile {
+    topic: &'static str,
+    name: &'static str,
+    schema: fn() -> serde_json::Value,
+}
+
+const FILES: &[WrittenFile] = &[
+    WrittenFile {
+        topic: "experiments",
+        name: "experiment",
+        schema: experiment_schema,
+    },
+    WrittenFile {
+        topic: "requirements",
+        name: "requirement",
+        schema: SafetyRequirement::schema,
+    },
+];
 
 /// The messages of the planner protocol.
 fn planner_messages() -> String {

@@ -126,9 +126,9 @@ pub fn add_file(layers: &mut Layers<Experiment>, file: &Path) -> Result<(), Fail
     Ok(())
 }
 
-/// The keys of experiments, each with what it is for, for help and manual.
-pub fn keys() -> String {
-    let lines = Experiment::rows().iter().map(|row| {
+/// The keys of a file, each with what it is for, for help and manual.
+pub fn keys<F: Fields>() -> String {
+    let lines = F::rows().iter().map(|row| {
         let about = textwrap::fill(row.doc(), 66).replace('\n', &format!("\n{:22}", ""));
         format!("    {:<17} {about}\n", row.key)
     });
@@ -150,6 +150,6 @@ pub fn names_for_tune() -> impl Iterator<Item = String> {
 pub fn help() -> String {
     format!(
         "Settings for --set, the keys of experiment files:\n\n{}",
-        keys()
+        keys::<Experiment>()
     )
 }

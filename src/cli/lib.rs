@@ -1,5 +1,6 @@
 //! The command line, one file for each subcommand. Data goes to standard output, messages to standard error.
 
+mod annex;
 mod ask;
 mod batches;
 mod bundle;
@@ -114,6 +115,8 @@ pub enum Command {
     Generate(generate::GenerateArguments),
     /// Judge contacts and near misses by models of drivers: who avoids them, and until when.
     Drivers(drivers::Drivers),
+    /// Hold planners to a requirement, beside drivers and baselines, and write it up for a safety case.
+    Annex(annex::AnnexArguments),
     /// Serve tools, scenarios and prompts to other programs over the Model Context Protocol.
     Mcp(mcp::Mcp),
     /// Check terminal, files, store and models, and suggest fixes.
@@ -213,6 +216,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Plan(arguments) => plan::run(arguments),
         Command::Generate(arguments) => generate::run(arguments),
         Command::Drivers(arguments) => drivers::run(arguments),
+        Command::Annex(arguments) => annex::run(arguments),
         Command::Mcp(arguments) => mcp::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments, workbench),
         Command::Config(command) => config::run(command, workbench),

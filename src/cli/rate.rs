@@ -127,29 +127,16 @@ fn print<R: Record + JsonSchema + Serialize>(
     found: &[R],
     format: RateFormat,
 ) -> Outcome {
-    let columns = columns::<R>();
-    let cells = rows(found).map_err(Failure::input)?;
     match format {
         RateFormat::Json => found.iter().try_for_each(output::json),
         RateFormat::Csv => {
-            let csv = Table::new(name, columns).csv(cells);
+            let cells = rows(found).map_err(Failure::input)?;
+            let csv = Table::new(name, columns::<R>()).csv(cells);
             output::text(&String::from_utf8_lossy(&csv))
         }
         RateFormat::Table => {
-            let table = CaptionedTable::new("", "", &columns, &cells);
-            let numbers = table
-                .columns
-                .iter()
-                .enumerate()
-                .filter(|(_, (_, is_number))| *is_number);
-            let right: Vec<usize> = numbers.map(|(place, _)| place).collect();
-            let head = table
-                .columns
-                .iter()
-                .map(|(title, _)| title.clone())
-                .collect();
-            let lines: Vec<Vec<String>> = std::iter::once(head).chain(table.rows).collect();
-            output::text(&output::table_lines(&lines, &right).collect::<String>())
+            let table = CaptionedTable::of("", name, found).map_err(Failure::input)?;
+            output::text(&table.text())
         }
     }
 }

@@ -89,6 +89,8 @@ topics! {
         "Dangerous variants of safe scenarios: attack, gate, certificate";
     preventability, "preventability", "preventability.md", ["drivers"],
         "Would a competent and careful driver have avoided it: six models, who avoids what, until when";
+    requirements, "requirements", "requirements.md", ["annex"],
+        "Planners held to a requirement: the file, findings, an annex for a safety case";
     wishes, "wishes", "wishes.md", [],
         "Attacks that terms describe: who, which manoeuvre, from where";
     model_attacks, "model-attacks", "model-attacks.md", [],

@@ -2,8 +2,12 @@
 
 use nearmiss_base::system::{columns, pad_end, pad_start, visible};
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::reflect::{Record, columns as columns_of_type, rows};
 use super::table::{Cell, Column, Kind, Row};
-use super::text::heading;
+use super::text::{heading, lines};
 
 /// A table of a document.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -73,6 +77,36 @@ impl CaptionedTable {
                 .collect(),
             notes: Vec::new(),
         }
+    }
+
+    /// The table of records, with the columns of their type.
+    ///
+    /// # Errors
+    /// A map in one has keys that JSON does not allow.
+    pub fn of<R: Record + JsonSchema + Serialize>(
+        caption: &str,
+        name: &str,
+        records: &[R],
+    ) -> serde_json::Result<Self> {
+        let rows = rows(records)?;
+        Ok(Self::new(caption, name, &columns_of_type::<R>(), &rows))
+    }
+
+    /// The table for terminals: a line for each row, numbers to the right, without caption and notes.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let numbers = self.columns.iter().enumerate();
+        let numbers = numbers.filter(|(_, (_, is_number))| *is_number);
+        let right: Vec<usize> = numbers.map(|(place, _)| place).collect();
+        let head = self
+            .columns
+            .iter()
+            .map(|(title, _)| title.clone())
+            .collect();
+        let all: Vec<Vec<String>> = std::iter::once(head)
+            .chain(self.rows.iter().cloned())
+            .collect();
+        lines(&all, &right).collect()
     }
 
     /// The same with notes beneath it.
@@ -194,6 +228,60 @@ impl CaptionedTable {
     }
 }
 
+impl CaptionedTable {
+    /// The table over as many pages as it needs, for pages so many millimetres wide between their margins; long texts are
+    /// broken into lines. It needs booktabs, longtable and array.
+    #[must_use]
+    pub fn latex_long(&self, width: f64) -> String {
+        let natural = |place: usize| {
+            let cells = self.rows.iter().map(|row| columns(&row[place]));
+            let widest = cells.chain([columns(&self.columns[place].0)]).max();
+            widest.unwrap_or(0) as f64 * CHARACTER
+        };
+        let natural: Vec<f64> = (0..self.columns.len()).map(natural).collect();
+        let is_long = |place: usize| !self.columns[place].1 && natural[place] > LONG;
+        let sum = |long: bool| -> f64 {
+            let places = (0..natural.len()).filter(|place| is_long(*place) == long);
+            places.map(|place| natural[place]).sum()
+        };
+        let room = width - 2.0 * GAP * natural.len() as f64 - sum(false);
+        let shrunk = (room / sum(true).max(1.0)).min(1.0);
+        let sides = self
+            .columns
+            .iter()
+            .enumerate()
+            .map(
+                |(place, (_, is_number))| match (is_number, is_long(place) && shrunk < 1.0) {
+                    (true, _) => "r".to_string(),
+                    (false, false) => "l".into(),
+                    (false, true) => {
+                        let wide = (natural[place] * shrunk).max(LONG / 2.0);
+                        format!(">{{\\raggedright\\arraybackslash}}p{{{wide:.0}mm}}")
+                    }
+                },
+            );
+        let line = |cells: &mut dyn Iterator<Item = &String>| {
+            let cells: Vec<String> = cells.map(|cell| escaped_latex(cell)).collect();
+            format!("  {} \\\\\n", cells.join(" & "))
+        };
+        let titles = line(&mut self.columns.iter().map(|(title, _)| title));
+        let head = format!("  \\toprule\n{titles}  \\midrule\n");
+        let rows: String = self.rows.iter().map(|row| line(&mut row.iter())).collect();
+        format!(
+            "\n{{\\scriptsize\\setlength{{\\tabcolsep}}{{{GAP}mm}}\n\\begin{{longtable}}{{@{{}}{}@{{}}}}\n\
+             \\caption*{{\\textbf{{{}}}}} \\\\\n{head}\\endfirsthead\n{head}\\endhead\n  \\bottomrule\n\\endfoot\n{rows}\
+             \\end{{longtable}}}}\n",
+            sides.collect::<String>(),
+            escaped_latex(&self.caption)
+        )
+    }
+}
+
+/// A character of a long table, half the gap between its columns, and texts from which on they may be broken, millimetres.
+const CHARACTER: f64 = 1.3;
+const GAP: f64 = 0.8;
+const LONG: f64 = 40.0;
+
 /// Words as comments.
 #[must_use]
 pub fn latex_comment(words: &str) -> String {
@@ -219,8 +307,9 @@ fn latex_notes(notes: &[String]) -> String {
     text + "\\end{minipage}\n"
 }
 
-/// Text that means nothing to LaTeX; signs that its usual fonts lack are written as mathematics, or by their number.
-fn escaped_latex(text: &str) -> String {
+/// Text on one line that means nothing to LaTeX; signs that its usual fonts lack are written as mathematics, or by their number.
+#[must_use]
+pub fn escaped_latex(text: &str) -> String {
     let mut escaped = String::new();
     let text = one_line(text);
     let mut rest = text.chars().peekable();
@@ -253,6 +342,8 @@ fn escaped_latex(text: &str) -> String {
             'κ' => escaped += "$\\kappa$",
             'χ' => escaped += "$\\chi$",
             '²' => escaped += "$^2$",
+            '°' => escaped += "$^\\circ$",
+            'Δ' => escaped += "$\\Delta$",
             '≤' => escaped += "$\\leq$",
             '≥' => escaped += "$\\geq$",
             '−' => escaped += "$-$",

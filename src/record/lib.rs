@@ -41,7 +41,8 @@ mod writer;
 
 pub use arrow::Clock;
 pub use captioned::{
-    CaptionedTable, NONE, escaped_html, escaped_markdown, latex_comment, with_interval,
+    CaptionedTable, NONE, escaped_html, escaped_latex, escaped_markdown, latex_comment,
+    with_interval,
 };
 pub use page::HtmlPage;
 pub use reflect::{Record, columns, columns_of, row, row_of, rows, schema, titled};

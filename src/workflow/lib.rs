@@ -23,6 +23,7 @@
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
 //! - [`TruthSearch`]: what is true about stored answers
 //! - [`tune`]: better templates from wrong answers of a dev split
+//! - [`annex`]: planners held to a requirement, beside drivers and baselines
 //! - [`convert`]: a scenario in another format
 //! - [`tables`]: measures, lanes and windows, a row each
 //! - [`journal`]: what a job over many files has finished, so that a run that was killed continues
@@ -31,6 +32,7 @@
 //! [`Cancel`](nearmiss_drive::planner::Cancel) is set, even inside a planning cycle, and then have no outcome. Work that waits
 //! for a server is a future: dropping it cancels the request.
 
+pub mod annex;
 mod answer_page;
 mod ask;
 mod ask_document;

@@ -1,6 +1,7 @@
 //! The headless commands, through the program itself.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod annex;
 #[cfg(unix)]
 mod answer_page;
 #[cfg(unix)]

@@ -6,6 +6,7 @@ use nearmiss_study::evaluation::batch::QuestionLine;
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
+use nearmiss_workflow::annex::AnnexRecord;
 use nearmiss_workflow::drive::DriveRecord;
 use nearmiss_workflow::variant::VariantLine;
 use nearmiss_workflow::{AskDocument, EventLine, Rate, ScenarioRow};
@@ -58,6 +59,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<config::ThemeDocument>(),
     derived::<tune::TuneDocument>(),
     derived::<tune::TuneDryRunDocument>(),
+    noun::<AnnexRecord>(),
     noun::<BatchRecord<'static>>(),
     noun::<EventLine>(),
     noun::<ImageRecord<'static>>(),

@@ -292,7 +292,7 @@ impl Comparison {
             "{}; outcomes, kinds and rules are counts of drives, the rest means over the scenarios in which both drives have it; differences are {second} minus {first}, a scenario at a time\n",
             output::counted(self.pairs.len(), "scenario")
         );
-        out += &format!("\n{}", standing::words(&self.standings));
+        out += &format!("\n{}", standing::words(&self.standings)?);
         output::text(&out)
     }
 

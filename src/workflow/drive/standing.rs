@@ -1,6 +1,7 @@
 //! Where planners stand beside each other and beside baselines: outcomes and harm, paired with the first one.
 
 use nearmiss_drive::simulation::{CollisionKind, Outcome};
+use nearmiss_record::Record;
 use nearmiss_study::evaluation::statistics::PairedTest;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -33,6 +34,14 @@ impl From<&DrivenScenario> for DriveFigures {
     }
 }
 
+impl DriveFigures {
+    /// Whether it ended at the goal or out of time.
+    #[must_use]
+    pub fn is_unharmed(&self) -> bool {
+        self.unharmed
+    }
+}
+
 /// All drives of one planner, a scenario each.
 #[derive(Debug)]
 pub struct Standing {
@@ -48,27 +57,40 @@ pub struct Standing {
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StandingRecord {
     /// The planner.
+    #[schemars(title = "planner")]
     pub planner: String,
     /// Whether it drives as a baseline, without being named.
     pub baseline: bool,
     /// Drives that reach the goal.
+    #[schemars(title = "goal")]
     pub goal: usize,
     /// Drives that end in a collision.
+    #[schemars(title = "collision")]
     pub collision: usize,
     /// Of these, the ego's front into another.
+    #[schemars(title = "ran into")]
     pub ran_into: usize,
     /// Of these, another's front into the ego's rear: traffic that follows its recording does not see it brake.
+    #[schemars(title = "rear-ended")]
     pub rear_ended: usize,
     /// Serious injuries that are expected of its collisions, those without a published curve left out.
+    #[schemars(title = "serious injuries", extend("decimals" = 3))]
     pub p_serious: f64,
     /// Its share of collisions minus that of the first planner, paired.
+    #[schemars(title = "collisions to the first", extend("decimals" = 2))]
     pub collision_difference: Option<f64>,
     /// 95 % interval of that difference.
-    pub collision_interval: Option<(f64, f64)>,
+    pub collision_difference_ci: Option<(f64, f64)>,
     /// Its share of goals minus that of the first planner, paired.
+    #[schemars(title = "goals to the first", extend("decimals" = 2))]
     pub goal_difference: Option<f64>,
     /// 95 % interval of that difference.
-    pub goal_interval: Option<(f64, f64)>,
+    pub goal_difference_ci: Option<(f64, f64)>,
+}
+
+impl Record for StandingRecord {
+    const NAME: &'static str = "plan-standing";
+    const TITLE: &'static str = "`plan` with several planners: where one stands";
 }
 
 /// Scenarios that a lane follower does not solve.
@@ -109,8 +131,8 @@ pub fn standings(all: &[Standing]) -> Vec<StandingRecord> {
             0 => (None, None),
             _ => difference(one, &all[0], figure),
         };
-        let (collision_difference, collision_interval) = paired(|d| d.is_collision);
-        let (goal_difference, goal_interval) = paired(|d| d.is_goal);
+        let (collision_difference, collision_difference_ci) = paired(|d| d.is_collision);
+        let (goal_difference, goal_difference_ci) = paired(|d| d.is_goal);
         StandingRecord {
             planner: one.name.clone(),
             baseline: one.is_baseline,
@@ -120,9 +142,9 @@ pub fn standings(all: &[Standing]) -> Vec<StandingRecord> {
             rear_ended: count(|d| d.rear_ended),
             p_serious: one.drives.iter().filter_map(|d| d.harm).sum(),
             collision_difference,
-            collision_interval,
+            collision_difference_ci,
             goal_difference,
-            goal_interval,
+            goal_difference_ci,
         }
     };
     all.iter().enumerate().map(record).collect()

@@ -23,8 +23,8 @@ pub use prepare::{
 };
 pub use read::{
     WriteExperimentError, add_experiment_file, complete_experiment, configured_experiment,
-    experiment_from_request, experiment_schema, experiment_toml, read_experiment, template_pins,
-    write_experiment,
+    experiment_from_request, experiment_schema, experiment_toml, is_bundled, read_experiment,
+    template_pins, write_experiment,
 };
 
 /// The batch that asks the questions of an experiment.

@@ -51,7 +51,7 @@ pub fn add_experiment_file(layers: &mut Layers<Experiment>, text: &str, file: &P
     let folder = file.parent().unwrap_or(Path::new(""));
     layers.edit("scenarios", |value| {
         each_text(value, |path| {
-            if is_bundled(path) {
+            if is_bundled(Path::new(path)) {
                 path.into()
             } else {
                 folder.join(path)
@@ -102,8 +102,9 @@ fn read_truth(value: &Value) -> Option<TruthSource> {
     TruthSource::from_arguments(&words?)
 }
 
-fn is_bundled(path: &str) -> bool {
-    let entry = Entry::of_argument(Path::new(path));
+/// Whether a path is the name of a bundled scenario.
+pub fn is_bundled(path: &Path) -> bool {
+    let entry = Entry::of_argument(path);
     matches!(entry.place, EntryLocation::Bundled(_))
 }
 

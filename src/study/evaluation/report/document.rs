@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nearmiss_record::{
     CaptionedTable, Column, HtmlPage, Kind, Record, Row, Table, columns, escaped_html as escaped,
-    escaped_markdown, latex_comment,
+    escaped_latex, escaped_markdown, latex_comment,
 };
 use nearmiss_store::SplitPart;
 use schemars::JsonSchema;
@@ -84,6 +84,35 @@ impl Document {
         text
     }
 }
+
+impl Document {
+    /// The document as LaTeX that compiles by itself: headings, paragraphs and tables; figures are left out.
+    #[must_use]
+    pub fn latex_article(&self) -> String {
+        let title = escaped_latex(&self.title);
+        let mut text =
+            format!("{ARTICLE}\\title{{{title}}}\n\\date{{}}\n\\begin{{document}}\n\\maketitle\n");
+        for block in &self.blocks {
+            match block {
+                Block::Heading(words) => {
+                    text += &format!("\n\\section*{{{}}}\n", escaped_latex(words));
+                }
+                Block::Text(words) => text += &format!("\n{}\n", escaped_latex(words)),
+                Block::Table(table) => text += &table.latex_long(PAGE),
+                Block::Figures(..) => {}
+            }
+        }
+        text + "\n\\end{document}\n"
+    }
+}
+
+/// The head of a document that compiles by itself, on A4 across.
+const ARTICLE: &str = "\\documentclass{article}\n\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n\
+    \\usepackage[a4paper,landscape,margin=20mm]{geometry}\n\\usepackage{array,booktabs,longtable}\n\
+    \\setlength{\\parindent}{0pt}\n\\setlength{\\parskip}{4pt}\n";
+
+/// Its width between the margins, millimetres.
+const PAGE: f64 = 257.0;
 
 /// A row with the part of a split that it is of.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]

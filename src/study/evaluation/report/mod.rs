@@ -22,7 +22,7 @@ pub(crate) use comparison::is_called;
 pub use comparison::{Comparison, Family, Pair, Samples};
 pub(crate) use contents::record_rows;
 pub use contents::{PartProgress, RuleRow, SplitReport};
-pub use document::{Block, Document, FlatRows, InSplit, IntervalMethods, ReportDocument};
+pub use document::{Block, Document, Figure, FlatRows, InSplit, IntervalMethods, ReportDocument};
 pub(crate) use names::p_value;
 pub use names::{ReportSubject, TruthSubject, configuration_name, model as model_name};
 pub use pivot::{AskedFacts, AxesDocument, Axis, Measure, Pivot, PivotRequest};

@@ -1,0 +1,202 @@
+//! `nearmiss annex`: holds planners to a requirement, beside drivers and baselines, and writes it up for a safety case.
+
+use std::path::{Path, PathBuf};
+
+use nearmiss_drive::planner::Cancel;
+use nearmiss_record::CaptionedTable;
+use nearmiss_scene::scenario::ContentHash;
+use nearmiss_settings::TextFile;
+use nearmiss_study::evaluation::AnswerPage;
+use nearmiss_workflow::annex::{Annex, SafetyRequirement, held};
+use nearmiss_workflow::{read_events, selected};
+
+use super::ending::interrupted;
+use super::files::Inputs;
+use super::many_files::{Job, NEXT, ShardOption};
+use super::open::{configuration, found, user_thresholds};
+use super::output::{self, Target};
+use super::{Failure, Outcome};
+
+/// Arguments of `annex`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Exit status: 0 every planner meets the requirement in every scenario; 1 one does not, or something is open; \
+2 usage or input error; 130 interrupted.")]
+pub struct AnnexArguments {
+    /// The requirement: a TOML file (`nearmiss help requirements`).
+    file: PathBuf,
+    #[command(flatten)]
+    format: output::FormatOption,
+    /// Also write the annex to a file, or to several from the same drives: .html, .tex, .md or .json.
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+    /// Replace existing files.
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+    #[command(flatten)]
+    part: ShardOption,
+}
+
+/// What a file is written as.
+#[derive(Debug, Clone, Copy)]
+enum AnnexFormat {
+    Html,
+    Latex,
+    Markdown,
+    Json,
+}
+
+const ENDINGS: &[(&str, AnnexFormat)] = &[
+    ("html", AnnexFormat::Html),
+    ("htm", AnnexFormat::Html),
+    ("tex", AnnexFormat::Latex),
+    ("md", AnnexFormat::Markdown),
+    ("json", AnnexFormat::Json),
+];
+
+/// Runs `annex`.
+pub fn run(arguments: &AnnexArguments) -> Outcome {
+    let text = TextFile::read(&arguments.file)
+        .map_err(Failure::input)?
+        .text;
+    let requirement = SafetyRequirement::read(&text, &arguments.file).map_err(Failure::input)?;
+    let (folders, config) = configuration()?;
+    let thresholds = user_thresholds(&folders)?;
+    let of_file = |why: &dyn std::fmt::Display| {
+        Failure::input(format!("{}: {why}", arguments.file.display()))
+    };
+    let who = requirement
+        .who_drives(&config)
+        .map_err(|why| of_file(&why))?;
+    let index = match &requirement.index {
+        Some(folder) => Some(read_events(folder).map_err(|why| of_file(&format!("index: {why}")))?),
+        None => None,
+    };
+    let entries = found(&requirement.scenarios)
+        .map_err(|failure| of_file(&format!("scenarios: {}", failure.message)))?;
+    let entries = selected(entries, requirement.select.as_deref(), &thresholds)
+        .map_err(|why| of_file(&why))?;
+    let entries = arguments.part.of(entries);
+    if entries.is_empty() {
+        return Ok(());
+    }
+    let files = begun(arguments, &entries)?;
+    let stop = interrupted(true);
+    let cancel = Cancel::from_flag(&stop);
+    let mut annex = Annex {
+        file_sha256: ContentHash::digest(text.as_bytes()).to_string(),
+        day: jiff::Timestamp::now().strftime("%Y-%m-%d").to_string(),
+        who: { who.iter() }
+            .map(|(planner, role)| (planner.name.clone(), *role))
+            .collect(),
+        held: Vec::new(),
+        missed: Vec::new(),
+        requirement,
+    };
+    let requirement = annex.requirement.clone();
+    let done = Job::new("scenarios", &stop).run(
+        &entries,
+        |entry| {
+            held(
+                &requirement,
+                &who,
+                entry,
+                (index.as_ref(), &thresholds),
+                &cancel,
+            )
+        },
+        |entry, held| {
+            match held {
+                Ok(held) => annex.held.push(held),
+                Err(error) => {
+                    output::say(&format!("nearmiss: {error}"));
+                    annex
+                        .missed
+                        .push((output::visible(&entry.name), error.to_string()));
+                }
+            }
+            NEXT
+        },
+    );
+    done.end("no file was written")?;
+    if annex.held.is_empty() {
+        return Err(Failure::input(format!(
+            "none of the {} could be driven",
+            output::counted(entries.len(), "scenario")
+        )));
+    }
+    for (target, format) in files {
+        target.save(written(&annex, format)?.as_bytes())?;
+    }
+    if arguments.format.is_json() {
+        output::json(&annex.record())?;
+    } else {
+        let table = CaptionedTable::of("", "", &annex.planners()).map_err(Failure::input)?;
+        let sentences = annex.sentences().join("\n");
+        output::text(&format!("{}\n{sentences}\n", table.text()))?;
+    }
+    verdict(&annex)
+}
+
+/// The files, begun before anything is driven.
+fn begun(
+    arguments: &AnnexArguments,
+    entries: &[nearmiss_formats::Entry],
+) -> Result<Vec<(Target, AnnexFormat)>, Failure> {
+    let begin = |file: &PathBuf| {
+        let format = output::format_of_name(file, ENDINGS).ok_or_else(|| {
+            Failure::input(format!(
+                "{}: unknown file extension; known are .html, .tex, .md and .json",
+                file.display()
+            ))
+        })?;
+        Inputs::of(entries).spare(Some(file))?;
+        if is_same(file, &arguments.file) {
+            return Err(Failure::input(format!(
+                "{}: is the requirement",
+                file.display()
+            )));
+        }
+        Ok((Target::begin(Some(file), arguments.overwrite)?, format))
+    };
+    arguments.output.iter().map(begin).collect()
+}
+
+fn is_same(one: &Path, other: &Path) -> bool {
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    whole(one).is_some() && whole(one) == whole(other)
+}
+
+fn written(annex: &Annex, format: AnnexFormat) -> Result<String, Failure> {
+    Ok(match format {
+        AnnexFormat::Html => annex.document().html(&AnswerPage::default()),
+        AnnexFormat::Latex => annex.document().latex_article(),
+        AnnexFormat::Markdown => annex.document().markdown(),
+        AnnexFormat::Json => output::json_line(&annex.record())?,
+    })
+}
+
+fn verdict(annex: &Annex) -> Outcome {
+    let (failing, open, missed) = (annex.failing(), annex.open(), annex.missed.len());
+    if failing.is_empty() && open == 0 && missed == 0 {
+        return Ok(());
+    }
+    let mut words = Vec::new();
+    if !failing.is_empty() {
+        words.push(format!(
+            "{} not met by {}",
+            annex.requirement.id,
+            failing.join(", ")
+        ));
+    }
+    if open > 0 {
+        words.push(format!("{} open", output::counted(open, "drive")));
+    }
+    if missed > 0 {
+        words.push(format!(
+            "{} not driven",
+            output::counted(missed, "scenario")
+        ));
+    }
+    Err(Failure::finding(words.join("; ")))
+}
