@@ -16,6 +16,7 @@ mod filters;
 mod find;
 mod gate;
 mod generate;
+mod hard;
 mod help;
 mod import;
 mod index;

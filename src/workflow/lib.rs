@@ -93,7 +93,7 @@ pub use original::{
 pub use overview::{Overview, ScenarioRow};
 pub use plan::{
     PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
-    prepare_opened, prepare_read,
+    prepare_beside, prepare_opened, prepare_read,
 };
 pub use question::{DescribedWindow, QuestionRequest, described, question};
 pub use rate::{

@@ -10,7 +10,7 @@ use nearmiss_drive::simulation::{
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::scenario::{Ego, PlanningProblem, Scenario, Scene};
 
-use super::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_with_ego};
+use super::{MissingEgo, OpenError, OpenRequest, OpenedScene, StandIn, open, scene_with_ego};
 
 /// Whose ego is planned, and how.
 #[derive(Debug, Clone, Copy)]
@@ -58,7 +58,7 @@ pub enum PlanEvent<'a> {
 }
 
 /// A request that can be carried out.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct PreparedPlan {
     /// The scenario, changed if that was asked for.
     pub scenario: Arc<Scenario>,
@@ -104,6 +104,28 @@ pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
         error => PlanError::Unreadable(format!("{}: {error}", entry.display())),
     })?;
     prepare_opened(entry, opened, request.problem, request.settings)
+}
+
+/// The same for the scenario as it is, with the ego beside it.
+///
+/// # Errors
+/// See [`PlanError`].
+pub fn prepare_beside(
+    entry: &Entry,
+    problem: Option<i64>,
+    settings: &Settings,
+) -> Result<PreparedPlan, PlanError> {
+    prepare(&PlanRequest {
+        open: OpenRequest {
+            entry,
+            ego: &EgoSelection::Beside,
+            transform: None,
+            strict: false,
+            stand_in: StandIn::None,
+        },
+        problem,
+        settings,
+    })
 }
 
 /// The same for a scenario that is read, whose ego is the one beside it.

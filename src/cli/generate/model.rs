@@ -17,7 +17,7 @@ use nearmiss_study::evaluation::generating::{
     self, Author, AuthorError, Authored, AuthoredRecord, Bound, Tries, bound,
 };
 use nearmiss_workflow::variant::WriterSettings;
-use nearmiss_workflow::{AttackSource, AttackWriter, GenerateRequest, Models, Server, generate};
+use nearmiss_workflow::{AttackSource, AttackWriter, GenerateRequest, Models, Server, generate, prepare_beside};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::json;
@@ -31,7 +31,6 @@ use crate::many_files::{Job, NEXT};
 use crate::open::{judge_of, user_thresholds};
 use crate::output::Align::{Left, Right};
 use crate::output::{self, counted};
-use crate::plan::request;
 use crate::prompts::templates;
 use crate::{Failure, Outcome};
 
@@ -358,7 +357,7 @@ pub fn dry_run(entries: &[Entry], job: &GenerateJob) -> Outcome {
             author: writer.author(&entry.name),
             found: Mutex::new(None),
         };
-        let prepared = request(entry, job.problem, &job.attack.settings);
+        let prepared = prepare_beside(entry, job.problem, &job.attack.settings);
         let counted = prepared.and_then(|prepared| {
             let prepared = prepared.driven_by(job.attack.planner.clone());
             let request = GenerateRequest {

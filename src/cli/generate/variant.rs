@@ -7,7 +7,7 @@ use nearmiss_drive::generation::VariantFiles;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::Entry;
 use nearmiss_workflow::variant::{AttackRequest, Generated, VariantLine};
-use nearmiss_workflow::{AttackWriter, ModelWriter, PlanError};
+use nearmiss_workflow::{AttackWriter, ModelWriter, PlanError, prepare_beside};
 
 use super::line::authoring_notes;
 use super::model::Writer;
@@ -15,7 +15,6 @@ use super::resume::EarlierRun;
 use super::summary::Summary;
 use super::table::Table;
 use crate::many_files::{NEXT, Taken};
-use crate::plan::request;
 use crate::{Failure, output};
 
 /// The request.
@@ -53,7 +52,7 @@ fn make_or_error(
     cancel: &Cancel,
 ) -> Result<Option<Product>, PlanError> {
     let attack = &wanted.attack;
-    let prepared = request(entry, wanted.problem, &attack.settings)?;
+    let prepared = prepare_beside(entry, wanted.problem, &attack.settings)?;
     let writer = wanted.writer.as_ref();
     let settings = attack.settings(prepared.problem().id, writer.map(Writer::settings));
     let past = wanted.past.as_ref();

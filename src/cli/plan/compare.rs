@@ -6,8 +6,8 @@ use nearmiss_drive::simulation::{CollisionKind, Outcome as DriveOutcome, Policy,
 use nearmiss_formats::Entry;
 use nearmiss_scene::traffic_rules::Rule;
 use nearmiss_study::evaluation::statistics::PairedTest;
-use nearmiss_workflow::PlanError;
-use nearmiss_workflow::drive::{DriveOptions, DriveRecord, DrivenScenario, PlannerChoice};
+use nearmiss_workflow::drive::{DriveRecord, DrivenScenario, PlannerChoice, drive_each};
+use nearmiss_workflow::{PlanError, prepare_beside};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -83,18 +83,8 @@ pub fn run(
         output::text(&job.title())?;
     }
     let both = |entry: &Entry| {
-        let drive = |planner| {
-            let options = DriveOptions {
-                planner: Some(planner),
-                monitor: None,
-                counts: false,
-            };
-            driven::drive(entry, problem, settings, options, &cancel)
-        };
-        let drives = all.iter().map(|planner| drive(planner).transpose());
-        let drives: Result<Option<Vec<DrivenScenario>>, PlanError> = drives
-            .collect::<Result<Vec<_>, _>>()
-            .map(|drives| drives.into_iter().collect());
+        let prepared = prepare_beside(entry, problem, settings);
+        let drives = prepared.and_then(|prepared| drive_each(entry, &prepared, &all, &cancel));
         drives.transpose()
     };
     let done = Job::new("scenarios", &stop).run(entries, both, |entry, drives| {

@@ -2,31 +2,12 @@
 
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
-use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_formats::Entry;
 use nearmiss_scene::traffic_rules::Rule;
 use nearmiss_workflow::drive::{self, DriveOptions, DriveRecord, DrivenScenario};
-use nearmiss_workflow::{OpenRequest, PlanError, PlanRequest, PreparedPlan, StandIn, prepare};
+use nearmiss_workflow::{PlanError, prepare_beside};
 
 use crate::output;
-
-/// Opens a scenario to drive its ego.
-pub fn request(
-    entry: &Entry,
-    problem: Option<i64>,
-    settings: &Settings,
-) -> Result<PreparedPlan, PlanError> {
-    prepare(&PlanRequest {
-        open: OpenRequest {
-            entry,
-            ego: &EgoSelection::Beside,
-            transform: None,
-            strict: false,
-            stand_in: StandIn::None,
-        },
-        problem,
-        settings,
-    })
-}
 
 /// Drives the ego of a scenario; nothing where `cancel` asked for an end.
 pub fn drive(
@@ -36,7 +17,7 @@ pub fn drive(
     options: DriveOptions<'_>,
     cancel: &Cancel,
 ) -> Option<Result<DrivenScenario, PlanError>> {
-    let prepared = request(entry, problem, settings);
+    let prepared = prepare_beside(entry, problem, settings);
     prepared
         .and_then(|prepared| drive::drive(entry, prepared, options, cancel))
         .transpose()

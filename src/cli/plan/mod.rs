@@ -23,7 +23,6 @@ use super::open::{configuration, found};
 use super::{Failure, Outcome, knobs, output};
 pub use compare::ComparisonRecord;
 pub use document::{CycleRecord, NotDrivenRecord, StandardErrorRecord};
-pub use driven::request;
 use files::{Files, Targets};
 pub use monitor::MonitorDryRun;
 use monitor::MonitorOptions;

@@ -14,12 +14,11 @@ use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::drive::{MonitorRecord, median};
-use nearmiss_workflow::{Models, Monitor, MonitorCost, Server};
+use nearmiss_workflow::{Models, Monitor, MonitorCost, Server, prepare_beside};
 use schemars::JsonSchema;
 use serde::Serialize;
 use tokio::runtime::{Builder, Runtime};
 
-use super::driven::request;
 use crate::ask::budget;
 use crate::json::Output;
 use crate::many_files::{Job, NEXT};
@@ -245,7 +244,7 @@ impl MonitorSetup {
         };
         let mut all = none();
         let one = |entry: &Entry| {
-            let prepared = request(entry, problem, settings);
+            let prepared = prepare_beside(entry, problem, settings);
             match prepared.map(|prepared| prepared.monitor_cost(&self.monitor(), &cancel)) {
                 Ok(Ok(cost)) => cost,
                 // The drive itself says why.

@@ -10,10 +10,10 @@ use nearmiss_formats::Entry;
 use nearmiss_record::fields::Layers;
 use nearmiss_settings::{Config, Planning};
 use nearmiss_workflow::drive::{BUILT_IN, PlannerChoice, RECORDED};
+use nearmiss_workflow::prepare_beside;
 use serde::Serialize;
 use toml::Value;
 
-use super::driven::request;
 use super::monitor::MonitorOptions;
 use crate::{Failure, knobs, output};
 
@@ -184,7 +184,7 @@ pub fn identity(
     cancel: &Cancel,
 ) -> Option<(String, String)> {
     let mut prepared =
-        { entries.iter() }.filter_map(|entry| request(entry, problem, settings).ok());
+        { entries.iter() }.filter_map(|entry| prepare_beside(entry, problem, settings).ok());
     let prepared = prepared.next()?.driven_by(Some(Arc::clone(planner)));
     let said = prepared.greet(cancel).ok()??;
     let shown = |text: &str| output::visible(text);

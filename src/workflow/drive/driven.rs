@@ -109,6 +109,37 @@ pub fn drive(
     }))
 }
 
+impl<'a> DriveOptions<'a> {
+    /// This planner's drive, and no more.
+    #[must_use]
+    pub fn of(planner: &'a PlannerChoice) -> Self {
+        Self {
+            planner: Some(planner),
+            monitor: None,
+            counts: false,
+        }
+    }
+}
+
+/// Drives the ego of a scenario with each of several planners; nothing where `cancel` asked for an end.
+///
+/// # Errors
+/// See [`drive`].
+pub fn drive_each(
+    entry: &Entry,
+    prepared: &PreparedPlan,
+    planners: &[PlannerChoice],
+    cancel: &Cancel,
+) -> Result<Option<Vec<DrivenScenario>>, PlanError> {
+    let all = planners.iter().map(|planner| {
+        let options = DriveOptions::of(planner);
+        drive(entry, prepared.clone(), options, cancel).transpose()
+    });
+    // The first one that is cut short ends it.
+    let drives: Option<Result<Vec<_>, _>> = all.collect();
+    drives.transpose()
+}
+
 impl DrivenScenario {
     /// How it ended.
     #[must_use]
@@ -154,7 +185,7 @@ impl DrivenScenario {
     /// Whether it ended as a drive may: at the goal, or out of time, without harm.
     #[must_use]
     pub fn unharmed(&self) -> bool {
-        matches!(self.outcome(), Outcome::Goal(_) | Outcome::Timeout)
+        self.outcome().is_unharmed()
     }
 
     /// Steps that were driven.

@@ -2,12 +2,14 @@
 
 mod choice;
 mod driven;
+mod hard;
 mod monitored;
 mod record;
 mod rules;
 
 pub use choice::{BUILT_IN, PlannerChoice, RECORDED};
-pub use driven::{DriveOptions, DrivenScenario, drive, median};
+pub use driven::{DriveOptions, DrivenScenario, drive, drive_each, median};
+pub use hard::{Hardness, Solver, hardness};
 pub use monitored::{MonitorAnswerRecord, MonitorRecord};
 pub use record::{
     DriveRecord, ExternalDriveRecord, PlannerFaultRecord, ReactionRecord, UndrivableRecord,

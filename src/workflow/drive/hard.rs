@@ -1,0 +1,143 @@
+//! Hard scenarios: which baseline solves them, and a drive that proves that they can be solved.
+
+use nearmiss_drive::generation::Certificate;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{Driver, Outcome, Policy, Rollout, Settings, TrafficMode};
+use nearmiss_formats::{Entry, EntryLocation};
+use schemars::JsonSchema;
+use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
+
+use super::{DriveOptions, PlannerChoice, drive};
+use crate::{PlanError, PreparedPlan, VariantOrigin, prepare_beside, verify_variant};
+
+/// Whose drive proves that a scenario can be solved.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray, Serialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum Solver {
+    /// The recorded ego, which touches nothing, stays on the road and reaches the goal.
+    RecordedEgo,
+    /// A driver who knows the future of all others: a stored certificate of a variant, or one that was searched for.
+    Certificate,
+    /// The built-in planner.
+    Planner,
+}
+
+nearmiss_record::named!(Solver);
+
+impl Solver {
+    /// Its name in a sentence.
+    #[must_use]
+    pub fn words(self) -> String {
+        self.name().replace('_', " ")
+    }
+}
+
+/// How hard a scenario is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Hardness {
+    /// This baseline solves it.
+    SolvedBy(Policy),
+    /// No baseline does; this drive proves that it can be solved, if one does.
+    Hard(Option<Solver>),
+}
+
+/// How far a recorded ego may be from the problem's start, metres, and how much faster or slower, m/s: recordings are
+/// rounded, and their reference point may be another one by centimetres.
+const SAME_START: (f64, f64) = (0.5, 0.5);
+
+/// How hard a scenario is, in recorded traffic; nothing where `cancel` asked for an end. A drive solves it if it ends at the
+/// goal, or out of time without harm.
+///
+/// # Errors
+/// It cannot be opened, or has nothing to drive, see [`drive`].
+pub fn hardness(
+    entry: &Entry,
+    settings: &Settings,
+    cancel: &Cancel,
+) -> Result<Option<Hardness>, PlanError> {
+    let settings = Settings {
+        // What was recorded proves something, and certificates hold, where the others drive as recorded alone.
+        traffic: TrafficMode::Recorded,
+        policy: None,
+        ..*settings
+    };
+    let prepared = prepare_beside(entry, None, &settings)?;
+    for policy in Policy::BASELINES {
+        let baseline = PlannerChoice::from(policy);
+        let options = DriveOptions::of(&baseline);
+        match drive(entry, prepared.clone(), options, cancel)? {
+            Some(driven) if driven.unharmed() => return Ok(Some(Hardness::SolvedBy(policy))),
+            Some(_) => {}
+            None => return Ok(None),
+        }
+    }
+    let solver = solver(entry, &prepared, cancel)?;
+    Ok((!cancel.is_asked()).then_some(Hardness::Hard(solver)))
+}
+
+/// Whose drive solves it, the cheapest proof first.
+fn solver(
+    entry: &Entry,
+    prepared: &PreparedPlan,
+    cancel: &Cancel,
+) -> Result<Option<Solver>, PlanError> {
+    let driver = prepared
+        .driver(&prepared.scenario, cancel)
+        .map_err(|error| prepared.nothing(&error))?;
+    if prepared.recorded_ego().is_some() {
+        let recorded = prepared.clone().recorded_drive(cancel)?.drive;
+        if matches!(recorded.outcome, Outcome::Goal(_)) && begins_there(&recorded, &driver) {
+            // Beside a variant lies the drive of the planner that was attacked.
+            let is_variant = VariantOrigin::read(entry).is_some();
+            return Ok(Some(if is_variant {
+                Solver::Planner
+            } else {
+                Solver::RecordedEgo
+            }));
+        }
+    }
+    let is_certified = || {
+        let found = Certificate::of_problem(&driver, &prepared.scenario);
+        found.avoidance().is_some()
+    };
+    if has_stored_certificate(entry, prepared) || is_certified() {
+        return Ok(Some(Solver::Certificate));
+    }
+    let planned = prepared.clone().only_best().run(cancel, &mut |_| {})?;
+    Ok(planned
+        .filter(|planned| planned.drive.outcome.is_unharmed())
+        .map(|_| Solver::Planner))
+}
+
+/// Whether a drive begins where and as the problem says.
+fn begins_there(drive: &Rollout, driver: &Driver) -> bool {
+    let span = driver.full_span();
+    let start = span.state.centre(driver.limits());
+    drive.states.first().is_some_and(|(step, state)| {
+        let own = state.centre(driver.limits());
+        *step == span.step
+            && (own.pose.position - start.pose.position).norm() <= SAME_START.0
+            && (own.velocity - start.velocity).abs() <= SAME_START.1
+    })
+}
+
+/// Whether a variant has a certificate for the same problem and vehicle that still holds.
+fn has_stored_certificate(entry: &Entry, prepared: &PreparedPlan) -> bool {
+    let EntryLocation::File(file) = &entry.place else {
+        return false;
+    };
+    let is_same = |origin: &VariantOrigin| {
+        origin.manifest.planning.problem == prepared.problem().id
+            && origin.vehicle() == Some(prepared.settings.planner.vehicle)
+    };
+    let proofs = VariantOrigin::read(entry)
+        .filter(is_same)
+        .and_then(|_| verify_variant(file));
+    proofs.is_some_and(|proofs| {
+        proofs.changed.is_empty() && proofs.certificates.iter().any(|one| one.result.is_ok())
+    })
+}
