@@ -235,6 +235,9 @@ pub struct SampleLine {
     reason: String,
     /// With --hard: whose drive proves that the scenario can be solved.
     pub(super) solved_by: Option<Solver>,
+    /// With --hard: how the drives of the baselines end (constant-velocity, lane-following, idm), the outcome or the kind of
+    /// collision.
+    pub(super) baselines: Option<Vec<&'static str>>,
 }
 
 impl json::Output for SampleLine {
@@ -320,6 +323,7 @@ fn sample_line(row: &PartRow<'_>) -> Result<SampleLine, IndexError> {
         severity: row.severity(4)?,
         reason: String::new(),
         solved_by: None,
+        baselines: None,
     })
 }
 
@@ -359,7 +363,9 @@ fn with_reason(drawn: SampledWindow<SampleLine>) -> SampleLine {
     let cell = candidate.cell.join(", ");
     let mut reason = format!("{drawn} of {windows} in {cell}");
     if let Some(solver) = row.solved_by {
-        reason += &format!(", solved by {} and no baseline", solver.words());
+        let ends = row.baselines.iter().flatten().copied();
+        let ends = ends.collect::<Vec<_>>().join(", ");
+        reason += &format!("; baselines: {ends}; solved by {}", solver.words());
     }
     SampleLine { reason, ..row }
 }

@@ -63,12 +63,15 @@ pub fn drawn(
         match result {
             Ok(hardness) => {
                 counts.driven += 1;
-                counts.hard += usize::from(matches!(hardness, Hardness::Hard(_)));
-                if let Hardness::Hard(Some(solver)) = hardness {
-                    counts.solved[solver as usize] += 1;
-                    let mut window = window.clone();
-                    window.row.solved_by = Some(solver);
-                    found.push(window);
+                if let Hardness::Hard { ends, solver } = hardness {
+                    counts.hard += 1;
+                    found.extend(solver.map(|solver| {
+                        counts.solved[solver as usize] += 1;
+                        let mut window = window.clone();
+                        window.row.solved_by = Some(solver);
+                        window.row.baselines = Some(ends.into());
+                        window
+                    }));
                 }
             }
             Err(NotDriven::Nothing) => counts.nothing += 1,

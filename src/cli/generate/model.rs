@@ -17,7 +17,9 @@ use nearmiss_study::evaluation::generating::{
     self, Author, AuthorError, Authored, AuthoredRecord, Bound, Tries, bound,
 };
 use nearmiss_workflow::variant::WriterSettings;
-use nearmiss_workflow::{AttackSource, AttackWriter, GenerateRequest, Models, Server, generate, prepare_beside};
+use nearmiss_workflow::{
+    AttackSource, AttackWriter, GenerateRequest, Models, Server, generate, prepare_beside,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::json;

@@ -15,7 +15,8 @@ pub use events::{Driven, Egos, Event, EventKind, Exposure, Parameter, ScenarioDr
 pub use manoeuvre::{Manoeuvre, RoadType};
 pub use parts::{Columns, IndexError, Part, PartRow, part_files};
 pub use sampler::{
-    Axis, Candidate, Cell, Coverage, DrawingOrder, RowCell, SEVERITIES, SampledWindow, Sampler, in_cells,
+    Axis, Candidate, Cell, Coverage, DrawingOrder, RowCell, SEVERITIES, SampledWindow, Sampler,
+    in_cells,
 };
 pub use windows::{
     IndexOptions, IndexedWindow, WindowEgo, WorstMoment, dangerous_follower, events,

@@ -12,9 +12,7 @@ use super::{DriveOptions, PlannerChoice, drive};
 use crate::{PlanError, PreparedPlan, VariantOrigin, prepare_beside, verify_variant};
 
 /// Whose drive proves that a scenario can be solved.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray, Serialize, JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum Solver {
@@ -41,8 +39,13 @@ impl Solver {
 pub enum Hardness {
     /// This baseline solves it.
     SolvedBy(Policy),
-    /// No baseline does; this drive proves that it can be solved, if one does.
-    Hard(Option<Solver>),
+    /// No baseline does.
+    Hard {
+        /// How the drives of [`Policy::BASELINES`] end: the outcome, of a collision its kind.
+        ends: [&'static str; Policy::BASELINES.len()],
+        /// Whose drive proves that it can be solved, if one does.
+        solver: Option<Solver>,
+    },
 }
 
 /// How far a recorded ego may be from the problem's start, metres, and how much faster or slower, m/s: recordings are
@@ -66,17 +69,21 @@ pub fn hardness(
         ..*settings
     };
     let prepared = prepare_beside(entry, None, &settings)?;
-    for policy in Policy::BASELINES {
+    let mut ends = [""; Policy::BASELINES.len()];
+    for (end, policy) in ends.iter_mut().zip(Policy::BASELINES) {
         let baseline = PlannerChoice::from(policy);
         let options = DriveOptions::of(&baseline);
         match drive(entry, prepared.clone(), options, cancel)? {
             Some(driven) if driven.unharmed() => return Ok(Some(Hardness::SolvedBy(policy))),
-            Some(_) => {}
+            Some(driven) => {
+                let kind = driven.collision().map(|contact| contact.kind().name());
+                *end = kind.unwrap_or(driven.outcome().name());
+            }
             None => return Ok(None),
         }
     }
     let solver = solver(entry, &prepared, cancel)?;
-    Ok((!cancel.is_asked()).then_some(Hardness::Hard(solver)))
+    Ok((!cancel.is_asked()).then_some(Hardness::Hard { ends, solver }))
 }
 
 /// Whose drive solves it, the cheapest proof first.
