@@ -338,6 +338,8 @@ pub fn scenario_events(
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::tests::copied;
+    use nearmiss_drive::generation::{AttackerRecord, Manifest, OriginalRecord};
     use nearmiss_scene::corpus::{Driven, RoadType};
     use nearmiss_scene::scenario::ObstacleType;
 
@@ -423,6 +425,56 @@ mod tests {
         assert_eq!(of("manoeuvre:cut_in deceleration>3").unmeasured, 12);
         assert_eq!(of("!manoeuvre:cut_in").events, 6);
         assert_eq!(of("road:urban").events, 0);
+    }
+
+    #[test]
+    fn who_avoids_an_event_is_told_by_the_manifest_or_the_encounter() {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = copied(folder.path(), "ZAM_HardBraking-1_1_T-1");
+        let thresholds = Thresholds::shipped();
+        let found = scenario_events(&entry, 50.0, thresholds).unwrap();
+        let of = |events: &[ScenarioEvent]| {
+            let first = events.first().and_then(|one| one.drivers.clone()).unwrap();
+            (first.0, first.1.avoided, first.1.decided)
+        };
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        let judged = encounters(&Scene::new(scenario, ego), thresholds).0;
+        let by = found[0].event.obstacle;
+        let own = judged.iter().find(|one| one.drivers.obstacle == by);
+        let own = &own.unwrap().drivers;
+        assert_eq!(
+            of(&found),
+            (JudgedFrom::Encounter, own.avoided, own.decided)
+        );
+        let rows = rates_like(&index(&[]), &entry.name, &found[0], &EventFilter::default());
+        assert_eq!(
+            (rows[0].scenario.as_str(), rows[0].avoided),
+            ("v", Some(own.avoided))
+        );
+
+        let manifest = Manifest {
+            variant: "v.xml".into(),
+            original: OriginalRecord {
+                sha256: "00".into(),
+                ..OriginalRecord::default()
+            },
+            attackers: vec![AttackerRecord {
+                id: by,
+                ..AttackerRecord::default()
+            }],
+            preventability: Some(PreventabilityRecord {
+                avoided: 2,
+                decided: 5,
+                ..PreventabilityRecord::default()
+            }),
+            ..Manifest::default()
+        };
+        let text = serde_json::to_string(&manifest).unwrap();
+        std::fs::write(folder.path().join("v.json"), text).unwrap();
+        let found = scenario_events(&entry, 50.0, thresholds).unwrap();
+        assert!(found.iter().all(|one| one.event.obstacle == by));
+        assert_eq!(of(&found), (JudgedFrom::Manifest, 2, 5));
     }
 
     #[test]

@@ -78,7 +78,7 @@ impl TwoAxesChart {
         let area = Area {
             x: left,
             y: 2.0 * LETTERS + corner,
-            width: WIDTH - left - 8.0,
+            width: WIDTH - left - 16.0,
             height: bands.iter().map(Band::height).sum(),
         };
         let size = (WIDTH, area.bottom() + corner + 3.0 * LETTERS + 4.0);
@@ -179,17 +179,25 @@ impl TwoAxesChart {
             let [low, rate, high] = [point.interval.0, point.rate, point.interval.1]
                 .map(|value| (decades.across(area, value), y));
             let color = color(palette, place);
-            if point.rate > 0.0 {
+            let is_seen = point.rate > 0.0;
+            if point.interval.0 > 0.0 {
                 interval(p, low, high, color);
-                mark(p, rate, place, color);
-                continue;
+            } else {
+                // An arrow: it goes on to zero, which the axis does not have.
+                let stroke = || Stroke::new(color, 0.8);
+                let (tip, back) = (area.x + 1.0, area.x + 1.0 + 2.0 * CAP);
+                p.line(&[(back, y - CAP), (tip, y), (back, y + CAP)], stroke());
+                let end = if is_seen { high.0 } else { high.0 - MARK };
+                p.line(&[(tip, y), (end, y)], stroke());
+                if is_seen {
+                    p.line(&[(end, y - CAP), (end, y + CAP)], stroke());
+                }
             }
-            // An arrow from the bound on: the rate is somewhere below it.
-            let stroke = || Stroke::new(color, 0.8);
-            p.line(&[(area.x + 1.0, y), (high.0 - MARK, y)], stroke());
-            let (tip, back) = (area.x + 1.0, area.x + 1.0 + 2.0 * CAP);
-            p.line(&[(back, y - CAP), (tip, y), (back, y + CAP)], stroke());
-            open_mark(p, high, place, Stroke::new(color, LINE));
+            if is_seen {
+                mark(p, rate, place, color);
+            } else {
+                open_mark(p, high, place, Stroke::new(color, LINE));
+            }
         }
     }
 

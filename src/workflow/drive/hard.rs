@@ -148,3 +148,122 @@ fn has_stored_certificate(entry: &Entry, prepared: &PreparedPlan) -> bool {
         proofs.changed.is_empty() && proofs.certificates.iter().any(|one| one.result.is_ok())
     })
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nearmiss_drive::generation::{
+        AttackerRecord, CertificateRecord, EvasionRecord, Manifest, OriginalRecord,
+    };
+    use nearmiss_scene::scenario::ContentHash;
+    use nearmiss_study::evaluation::default_planning;
+
+    use super::*;
+    use crate::tests::copied;
+
+    fn judged(entry: &Entry) -> Hardness {
+        let found = hardness(entry, &default_planning(), &Cancel::default());
+        found.unwrap().unwrap()
+    }
+
+    fn solver_of(entry: &Entry) -> Option<Solver> {
+        match judged(entry) {
+            Hardness::Hard { solver, .. } => solver,
+            Hardness::SolvedBy(policy) => panic!("solved by {}", policy.name()),
+        }
+    }
+
+    #[test]
+    fn a_baseline_solves_it_or_a_drive_proves_that_it_can_be_solved() {
+        let folder = tempfile::tempdir().unwrap();
+        let easy = copied(folder.path(), "ZAM_Overtaking-1_1_T-1");
+        assert!(matches!(judged(&easy), Hardness::SolvedBy(_)));
+
+        let hard = copied(folder.path(), "ZAM_Pedestrian-1_1_T-1");
+        let found = judged(&hard);
+        let Hardness::Hard { ends, solver } = found else {
+            panic!("{found:?}");
+        };
+        assert_eq!(solver, Some(Solver::RecordedEgo));
+        assert!(
+            ends.iter()
+                .all(|end| !["", "goal", "timeout"].contains(end)),
+            "{ends:?}"
+        );
+
+        // An ego that began faster than the problem says proves nothing about it.
+        let xml = folder.path().join("v.xml");
+        let text = std::fs::read_to_string(&xml).unwrap();
+        let (before, problem) = text.split_at(text.find("<planningProblem").unwrap());
+        let slower = problem.replacen("<exact>12.6</exact>", "<exact>12.0</exact>", 1);
+        assert_ne!(slower, problem);
+        std::fs::write(&xml, format!("{before}{slower}")).unwrap();
+        assert_ne!(solver_of(&hard), Some(Solver::RecordedEgo));
+    }
+
+    #[test]
+    fn without_a_recorded_ego_a_driver_who_knows_the_future_is_looked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let hard = copied(folder.path(), "ZAM_Pedestrian-1_1_T-1");
+        std::fs::remove_file(folder.path().join("v.ego_trajectory.csv")).unwrap();
+        assert_eq!(solver_of(&hard), Some(Solver::Certificate));
+        let cancel = Cancel::default();
+        cancel.ask();
+        let cut_short = hardness(&hard, &default_planning(), &cancel).unwrap();
+        assert_eq!(cut_short, None);
+    }
+
+    #[test]
+    fn a_stored_certificate_counts_as_long_as_it_is_unchanged_and_touches_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = copied(folder.path(), "ZAM_Pedestrian-1_1_T-1");
+        let settings = default_planning();
+        let prepared = prepare_beside(&entry, None, &settings).unwrap();
+        let drive = folder.path().join("v.avoid-0.5.csv");
+        std::fs::copy(folder.path().join("v.ego_trajectory.csv"), &drive).unwrap();
+        let save = |problem: i64, changed: bool| {
+            let hash = ContentHash::digest(&std::fs::read(&drive).unwrap()).to_string();
+            let mut manifest = Manifest {
+                variant: "v.xml".into(),
+                original: OriginalRecord {
+                    sha256: "00".into(),
+                    ..OriginalRecord::default()
+                },
+                attackers: vec![AttackerRecord::default()],
+                ..Manifest::default()
+            };
+            manifest.planning.problem = problem;
+            manifest.planning.vehicle = settings.planner.vehicle.number();
+            let hash = if changed { "00".into() } else { hash };
+            manifest.sha256.insert("v.avoid-0.5.csv".into(), hash);
+            let certificate = CertificateRecord {
+                avoided: true,
+                evasion: Some(EvasionRecord {
+                    trajectory: Some("v.avoid-0.5.csv".into()),
+                    ..EvasionRecord::default()
+                }),
+                ..CertificateRecord::default()
+            };
+            manifest.avoidable = Some([("0.5".to_owned(), certificate)].into());
+            let text = serde_json::to_string(&manifest).unwrap();
+            std::fs::write(folder.path().join("v.json"), text).unwrap();
+            has_stored_certificate(&entry, &prepared)
+        };
+        let problem = prepared.problem().id;
+        assert!(save(problem, false));
+        assert!(!save(problem, true), "its file is another one");
+        assert!(!save(problem + 1, false), "it is of another problem");
+        // Beside a variant lies the drive of a planner.
+        assert!(save(problem, false));
+        assert_eq!(solver_of(&entry), Some(Solver::Planner));
+        // Through what stands on the road.
+        let through = prepared.scenario.obstacles[0].id;
+        let text = std::fs::read_to_string(&drive).unwrap();
+        let place = prepared.scenario.obstacle(through).unwrap();
+        let at = place.motion_at(0).unwrap().pose.position;
+        let row = format!("1,0,{},{},0,0,0\n", at.x, at.y);
+        let head = text.lines().next().unwrap();
+        std::fs::write(&drive, format!("{head}\n{row}")).unwrap();
+        assert!(!save(problem, false), "it touches something");
+    }
+}
