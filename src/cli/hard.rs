@@ -107,13 +107,14 @@ impl Counts {
             self.solved.iter().sum::<usize>(),
             by.join(", ")
         );
-        for (count, why) in [
+        let not = [
             (self.nothing, "without a problem that can be planned"),
             (self.failed, "failed"),
-        ] {
-            if count > 0 {
-                words += &format!("; not driven: {count} {why}");
-            }
+        ];
+        let not = not.iter().filter(|(count, _)| *count > 0);
+        let not: Vec<String> = not.map(|(count, why)| format!("{count} {why}")).collect();
+        if !not.is_empty() {
+            words += &format!("; not driven: {}", not.join(", "));
         }
         output::say(&words);
     }
