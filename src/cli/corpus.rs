@@ -363,8 +363,7 @@ fn with_reason(drawn: SampledWindow<SampleLine>) -> SampleLine {
     let cell = candidate.cell.join(", ");
     let mut reason = format!("{drawn} of {windows} in {cell}");
     if let Some(solver) = row.solved_by {
-        let ends = row.baselines.iter().flatten().copied();
-        let ends = ends.collect::<Vec<_>>().join(", ");
+        let ends = row.baselines.as_deref().unwrap_or_default().join(", ");
         reason += &format!("; baselines: {ends}; solved by {}", solver.words());
     }
     SampleLine { reason, ..row }

@@ -49,14 +49,14 @@ pub fn drawn(
     let windows = order.filter(|one| seen.insert(one.candidate.path.clone()));
     let windows: Vec<SampledWindow<SampleLine>> = windows.collect();
     let drive = |window: &SampledWindow<SampleLine>| {
-        let found = entry(Path::new(&window.row.file)).map_err(NotDriven::Failed);
-        let found = found.and_then(|entry| {
+        let entry = entry(Path::new(&window.row.file)).map_err(NotDriven::Failed);
+        let judged = |entry| {
             hardness(&entry, &settings, &cancel).map_err(|error| match error {
                 PlanError::NothingToPlan(_) => NotDriven::Nothing,
                 error => NotDriven::Failed(Failure::input(error)),
             })
-        });
-        found.transpose()
+        };
+        entry.and_then(judged).transpose()
     };
     let (mut counts, mut found) = (Counts::default(), Vec::new());
     let done = Job::new("scenarios", &stop).run(&windows, drive, |window, result| {

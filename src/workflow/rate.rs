@@ -324,11 +324,11 @@ pub fn scenario_events(
     let with_drivers = |event: Event| {
         let told = told.clone().map(|told| (JudgedFrom::Manifest, told));
         // The most severe one comes first.
-        let mut own = judged.iter().map(|one| &one.drivers);
-        let own = own.find(|one| one.obstacle == event.obstacle);
+        let own = { judged.iter() }.find(|one| one.drivers.obstacle == event.obstacle);
+        let judged = own.map(|own| (JudgedFrom::Encounter, own.drivers.clone()));
         ScenarioEvent {
             event,
-            drivers: told.or(own.map(|own| (JudgedFrom::Encounter, own.clone()))),
+            drivers: told.or(judged),
         }
     };
     Ok(found.into_iter().map(with_drivers).collect())

@@ -44,9 +44,8 @@ pub fn run(arguments: &Rates, index: &IndexedEvents, filter: &EventFilter) -> Ou
             },
         );
     done.end("")?;
-    let filters = compared.iter().map(|one| &one.event.event);
-    let filters = filters.map(|event| EventFilter::like(event).and(filter));
-    let filters: Vec<EventFilter> = filters.collect();
+    let like = |one: &Compared| EventFilter::like(&one.event.event).and(filter);
+    let filters: Vec<EventFilter> = compared.iter().map(like).collect();
     for (one, filter) in compared.iter().zip(&filters) {
         let name = one.rates.first().map_or("", |row| &row.scenario);
         let words = filter.words();
