@@ -11,12 +11,13 @@ use nearmiss_scene::corpus::{
     Sampler,
 };
 use nearmiss_scene::metrics::SEVERITY_NAMES;
+use nearmiss_workflow::drive::Solver;
 use nearmiss_workflow::{index_parts, read_index};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::output::{self, Target};
-use super::{Failure, Outcome, find, index, json, rate};
+use super::{Failure, Outcome, find, hard, index, json, rate};
 
 /// Subcommands of `corpus`.
 #[derive(Debug, clap::Subcommand)]
@@ -180,6 +181,9 @@ pub struct Sample {
     /// Seed; the same seed draws the same windows from the same index.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+    /// Only scenarios that all baselines fail and a drive proves solvable, each once; they are driven until N are found.
+    #[arg(long)]
+    hard: bool,
     /// Form of the output [default: from the file name, else table].
     #[arg(long, value_enum)]
     format: Option<SampleFormat>,
@@ -210,10 +214,10 @@ const ENDINGS: &[(&str, SampleFormat)] = &[
 ];
 
 /// A drawn window for programs.
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SampleLine {
     scenario: String,
-    file: String,
+    pub(super) file: String,
     /// Source of the ego: recorded or obstacle.
     ego_source: String,
     /// Id of the ego.
@@ -229,6 +233,11 @@ pub struct SampleLine {
     severity: u8,
     /// Why it was drawn.
     reason: String,
+    /// With --hard: whose drive proves that the scenario can be solved.
+    pub(super) solved_by: Option<Solver>,
+    /// With --hard: how the drives of the baselines end (constant-velocity, lane-following, idm), the outcome or the kind of
+    /// collision.
+    pub(super) baselines: Option<Vec<&'static str>>,
 }
 
 impl json::Output for SampleLine {
@@ -252,7 +261,8 @@ fn sample(arguments: &Sample) -> Outcome {
     let (asked, file) = (arguments.format, arguments.output.file());
     let known = (ENDINGS, ".txt, .json, .jsonl and .toml");
     let format = output::format_of(asked, file, SampleFormat::Table, known)?;
-    let mut sampler = Sampler::new(arguments.seed, most);
+    let kept = if arguments.hard { usize::MAX } else { most };
+    let mut sampler = Sampler::new(arguments.seed, kept);
     for part in index_parts(&arguments.folder).map_err(Failure::input)? {
         let part = Part::open(&part).map_err(Failure::input)?;
         let read = part.read(&Columns::new(&TEXTS, &INTEGERS), &mut |row| {
@@ -263,9 +273,14 @@ fn sample(arguments: &Sample) -> Outcome {
         let _ = read.map_err(Failure::input)?;
     }
     let cells = sampler.cells();
-    let drawn = sampler.draw();
+    let (drawn, job) = if arguments.hard {
+        let (drawn, job) = hard::drawn(sampler.into_order(), most)?;
+        (drawn, Some(job))
+    } else {
+        (sampler.draw(), None)
+    };
     let lines: Vec<SampleLine> = drawn.into_iter().map(with_reason).collect();
-    if lines.len() < most {
+    if lines.len() < most && !arguments.hard {
         output::say(&format!(
             "nearmiss: {} drawn from {cells} cells; one window of each scenario a cell, and no more are there",
             output::counted(lines.len(), "window")
@@ -284,11 +299,12 @@ fn sample(arguments: &Sample) -> Outcome {
         SampleFormat::Toml => toml(&lines, arguments)?,
     };
     match arguments.output.file() {
-        None => output::text(&text),
+        None => output::text(&text)?,
         Some(file) => {
-            Target::begin(Some(file), arguments.output.overwrites())?.save(text.as_bytes())
+            Target::begin(Some(file), arguments.output.overwrites())?.save(text.as_bytes())?;
         }
     }
+    job.map_or(Ok(()), |job| job.end("those found until then are written"))
 }
 
 /// A row of the index.
@@ -306,6 +322,8 @@ fn sample_line(row: &PartRow<'_>) -> Result<SampleLine, IndexError> {
         road: text(4)?,
         severity: row.severity(4)?,
         reason: String::new(),
+        solved_by: None,
+        baselines: None,
     })
 }
 
@@ -342,10 +360,13 @@ fn with_reason(drawn: SampledWindow<SampleLine>) -> SampleLine {
         windows,
         drawn,
     } = drawn;
-    SampleLine {
-        reason: format!("{drawn} of {windows} in {}", candidate.cell.join(", ")),
-        ..row
+    let cell = candidate.cell.join(", ");
+    let mut reason = format!("{drawn} of {windows} in {cell}");
+    if let Some(solver) = row.solved_by {
+        let ends = row.baselines.as_deref().unwrap_or_default().join(", ");
+        reason += &format!("; baselines: {ends}; solved by {}", solver.words());
     }
+    SampleLine { reason, ..row }
 }
 
 fn sample_table(lines: &[SampleLine]) -> String {
@@ -373,10 +394,11 @@ fn paths(lines: &[SampleLine]) -> impl Iterator<Item = &str> {
 fn toml(lines: &[SampleLine], arguments: &Sample) -> Result<String, Failure> {
     let by: Vec<&str> = arguments.by.iter().map(|axis| axis.name()).collect();
     let mut text = format!(
-        "# Drawn with `nearmiss corpus sample --by {} -n {} --seed {}`. Add models, and run it with `nearmiss evaluate FILE`.\n",
+        "# Drawn with `nearmiss corpus sample --by {} -n {} --seed {}{}`. Add models, and run it with `nearmiss evaluate FILE`.\n",
         by.join(","),
         arguments.number,
-        arguments.seed
+        arguments.seed,
+        if arguments.hard { " --hard" } else { "" }
     );
     text.push_str("scenarios = [\n");
     let scenarios: Vec<&str> = paths(lines).collect();
@@ -386,10 +408,13 @@ fn toml(lines: &[SampleLine], arguments: &Sample) -> Result<String, Failure> {
         output::counted(lines.len(), "window"),
     ));
     for file in scenarios {
-        let drawn = lines.iter().filter(|line| line.file == file).count();
+        let windows = lines.iter().filter(|line| line.file == file);
+        let solver = windows.clone().find_map(|line| line.solved_by);
+        let solved = solver.map_or(String::new(), |s| format!(", solved by {}", s.words()));
+        let drawn = windows.count();
         let path = serde_json::to_string(file).map_err(Failure::input)?;
         let drawn = output::counted(drawn, "window");
-        text.push_str(&format!("    {path}, # {drawn} drawn\n"));
+        text.push_str(&format!("    {path}, # {drawn} drawn{solved}\n"));
     }
     text.push_str("]\n");
     Ok(text)

@@ -10,7 +10,6 @@ use nearmiss_record::{Cell, Column, Kind, Row, text_table};
 use nearmiss_render::Format as PictureFormat;
 use nearmiss_scene::metrics::{SEVERITY_NAMES, Thresholds};
 use nearmiss_scene::scenario::Scene;
-use nearmiss_settings::Folders;
 use nearmiss_workflow::tables::{
     Encounter, FamilyResults, RowFile, encounter_rows, encounter_table, encounters,
 };
@@ -21,7 +20,7 @@ use super::corpus::save_picture;
 use super::ending::interrupted;
 use super::files::{Inputs, Labels};
 use super::many_files::{Failed, Job, NEXT, ShardOption};
-use super::open::{EgoChoice, found, scene_and_doubts, user_thresholds};
+use super::open::{EgoChoice, found, scene_and_doubts, thresholds_in_use};
 use super::output::{self, OutputFile, PageFormat};
 use super::{Failure, Outcome, json};
 
@@ -61,11 +60,7 @@ pub fn run(arguments: &Drivers) -> Outcome {
     if let Some(format) = format.of_table() {
         output::check_format(format, file)?;
     }
-    let thresholds = match Folders::find() {
-        Ok(folders) => user_thresholds(&folders)?,
-        // Without a home folder there are no thresholds of the user.
-        Err(_) => Thresholds::shipped().clone(),
-    };
+    let thresholds = thresholds_in_use()?;
     let entries = arguments.part.of(found(&arguments.paths)?);
     Inputs::of(&entries).spare(file)?;
     let ego = arguments.ego.wanted(&entries)?;

@@ -17,6 +17,7 @@ mod filters;
 mod find;
 mod gate;
 mod generate;
+mod hard;
 mod help;
 mod import;
 mod index;

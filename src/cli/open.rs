@@ -441,6 +441,14 @@ pub fn user_thresholds(folders: &Folders) -> Result<Thresholds, Failure> {
     folders.user_thresholds().map_err(Failure::input)
 }
 
+/// The thresholds of the user; without a home folder there are none, and the shipped ones hold.
+pub fn thresholds_in_use() -> Result<Thresholds, Failure> {
+    match Folders::find() {
+        Ok(folders) => user_thresholds(&folders),
+        Err(_) => Ok(Thresholds::shipped().clone()),
+    }
+}
+
 /// The shipped thresholds, changed by a file.
 pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
     let said =

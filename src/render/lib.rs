@@ -30,7 +30,7 @@ mod view;
 pub use animation::{AnimationError, animate};
 pub use chart::{
     Axis as ChartAxis, Bar, BarChart, BoundaryChart, BoundaryPanel, ChartPoint, ChartSeries,
-    PointChart, RateChart, RatePoint, coverage_picture,
+    JudgedEvent, PointChart, RateChart, RatePoint, TwoAxesChart, coverage_picture,
 };
 pub use display::{Anchor, Area, Format, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
 pub use figure::{

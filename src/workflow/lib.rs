@@ -17,7 +17,8 @@
 //! - [`variant`]: what was made of a scenario, records of it, and its files
 //! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
 //! - [`search_index`]: the windows of an index that a filter lets through
-//! - [`rates`], [`foreseeability`]: how often the egos of an index meet a manoeuvre
+//! - [`rates`], [`foreseeability`]: how often the egos of an index meet a manoeuvre; [`rates_like`]: one as extreme as in a
+//!   scenario, and who avoids it
 //! - [`write_filter`]: a model writes the filter that a sentence means
 //! - [`answer_page`]: the answers of a report with their texts, claims and pictures
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
@@ -99,8 +100,8 @@ pub use plan::{
 };
 pub use question::{DescribedWindow, QuestionRequest, described, question};
 pub use rate::{
-    EventLine, IndexedEvents, Rate, attack_events, events_that_fit, foreseeability, rates,
-    read_events,
+    EventLine, IndexedEvents, JudgedFrom, Rate, RateLike, ScenarioEvent, events_that_fit,
+    foreseeability, rates, rates_like, read_events, scenario_events,
 };
 pub use reading::{named_tables, read_as_said};
 pub use scenario_filter::event_terms::EventFilter;

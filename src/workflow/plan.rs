@@ -58,7 +58,7 @@ pub enum PlanEvent<'a> {
 }
 
 /// A request that can be carried out.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct PreparedPlan {
     /// The scenario, changed if that was asked for.
     pub scenario: Arc<Scenario>,

@@ -3,18 +3,23 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_formats::Entry;
 use nearmiss_record::Record;
 use nearmiss_scene::corpus::{
     Egos, Event, EventKind, Exposure, IndexError, Part, ScenarioDriven, events,
 };
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Scene;
 use nearmiss_scene::scenario::identity::family;
 use nearmiss_study::evaluation::statistics::{FEWEST, Interval, rate_interval};
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::scenario_filter::event_terms::{EventFilter, Fit};
+use super::tables::encounters;
 use super::{VariantOrigin, index_parts};
 
 /// The events of an index, and how far its egos drove.
@@ -210,18 +215,93 @@ pub fn events_that_fit(index: &IndexedEvents, filter: &EventFilter) -> Vec<Event
     fitting.map(line).collect()
 }
 
-/// What the attackers of a variant do to its ego, from their attack on; of a scenario that is none, what anyone does.
+/// Where it is known from who avoids an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum JudgedFrom {
+    /// The manifest of the variant.
+    Manifest,
+    /// Drivers were judged now, in the most severe encounter with the road user.
+    Encounter,
+}
+
+nearmiss_record::named!(JudgedFrom);
+
+/// What a road user does to the ego of a scenario, and who avoids what comes of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenarioEvent {
+    /// What it does.
+    pub event: Event,
+    /// Which drivers avoid contact; nothing where it comes to no contact, conflict or near miss that begins after the
+    /// recording.
+    pub drivers: Option<(JudgedFrom, PreventabilityRecord)>,
+}
+
+/// How often egos meet something at least as extreme as an event of a scenario, and which drivers avoid that event.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct RateLike {
+    /// The scenario's name.
+    #[schemars(title = "like")]
+    pub scenario: String,
+    /// How often.
+    #[serde(flatten)]
+    pub rate: Rate,
+    /// Drivers that avoid contact; null where none was judged.
+    #[schemars(title = "avoided")]
+    pub avoided: Option<usize>,
+    /// Drivers that decide.
+    #[schemars(title = "decided")]
+    pub decided: Option<usize>,
+    /// Where that is from: manifest, of the variant; encounter, judged now.
+    #[schemars(title = "from")]
+    pub judged_from: Option<JudgedFrom>,
+}
+
+impl Record for RateLike {
+    const NAME: &'static str = "corpus-rate-like";
+    const TITLE: &'static str = "`corpus rate --like SCENARIO --format json`: how often egos meet what is at least as extreme, and who avoids it; an event and kind of ego a line";
+}
+
+/// The rates of what is at least as extreme as an event of the scenario `name`, and fits `filter`.
+#[must_use]
+pub fn rates_like(
+    index: &IndexedEvents,
+    name: &str,
+    like: &ScenarioEvent,
+    filter: &EventFilter,
+) -> Vec<RateLike> {
+    let drivers = like.drivers.as_ref();
+    let row = |rate| RateLike {
+        scenario: visible(name).into_owned(),
+        rate,
+        avoided: drivers.map(|(_, found)| found.avoided),
+        decided: drivers.map(|(_, found)| found.decided),
+        judged_from: drivers.map(|(from, _)| *from),
+    };
+    let filter = EventFilter::like(&like.event).and(filter);
+    rates(index, &filter).into_iter().map(row).collect()
+}
+
+/// What the attackers of a variant do to its ego, from their attack on; of a scenario that is none, what anyone does. Drivers
+/// are judged in encounters under `thresholds` where no manifest has them.
 ///
 /// # Errors
 /// The scenario or its ego cannot be read, it has no ego, or nobody ahead cuts in or out or brakes.
-pub fn attack_events(entry: &Entry, radius: f64) -> Result<Vec<Event>, String> {
+pub fn scenario_events(
+    entry: &Entry,
+    radius: f64,
+    thresholds: &Thresholds,
+) -> Result<Vec<ScenarioEvent>, String> {
     let scenario = entry.read().map_err(|why| why.to_string())?;
     let ego = entry
         .recorded_ego(&scenario)
         .map_err(|why| why.to_string())?;
     let ego = ego.ok_or_else(|| format!("{}: no ego drives beside it", entry.display()))?;
-    let mut found = events(&Scene::new(scenario, ego), radius);
-    if let Some(origin) = VariantOrigin::read(entry) {
+    let scene = Scene::new(scenario, ego);
+    let mut found = events(&scene, radius);
+    let origin = VariantOrigin::read(entry);
+    if let Some(origin) = &origin {
         let attackers = &origin.manifest.attackers;
         found.retain(|event| {
             let is_by = |id, from| event.obstacle == id && event.last_step >= from;
@@ -236,13 +316,30 @@ pub fn attack_events(entry: &Entry, radius: f64) -> Result<Vec<Event>, String> {
             entry.display()
         ));
     }
-    Ok(found)
+    let told = origin.and_then(|origin| origin.manifest.preventability);
+    let judged = match &told {
+        Some(_) => Vec::new(),
+        None => encounters(&scene, thresholds).0,
+    };
+    let with_drivers = |event: Event| {
+        let told = told.clone().map(|told| (JudgedFrom::Manifest, told));
+        // The most severe one comes first.
+        let own = { judged.iter() }.find(|one| one.drivers.obstacle == event.obstacle);
+        let judged = own.map(|own| (JudgedFrom::Encounter, own.drivers.clone()));
+        ScenarioEvent {
+            event,
+            drivers: told.or(judged),
+        }
+    };
+    Ok(found.into_iter().map(with_drivers).collect())
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::tests::copied;
+    use nearmiss_drive::generation::{AttackerRecord, Manifest, OriginalRecord};
     use nearmiss_scene::corpus::{Driven, RoadType};
     use nearmiss_scene::scenario::ObstacleType;
 
@@ -328,6 +425,56 @@ mod tests {
         assert_eq!(of("manoeuvre:cut_in deceleration>3").unmeasured, 12);
         assert_eq!(of("!manoeuvre:cut_in").events, 6);
         assert_eq!(of("road:urban").events, 0);
+    }
+
+    #[test]
+    fn who_avoids_an_event_is_told_by_the_manifest_or_the_encounter() {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = copied(folder.path(), "ZAM_HardBraking-1_1_T-1");
+        let thresholds = Thresholds::shipped();
+        let found = scenario_events(&entry, 50.0, thresholds).unwrap();
+        let of = |events: &[ScenarioEvent]| {
+            let first = events.first().and_then(|one| one.drivers.clone()).unwrap();
+            (first.0, first.1.avoided, first.1.decided)
+        };
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        let judged = encounters(&Scene::new(scenario, ego), thresholds).0;
+        let by = found[0].event.obstacle;
+        let own = judged.iter().find(|one| one.drivers.obstacle == by);
+        let own = &own.unwrap().drivers;
+        assert_eq!(
+            of(&found),
+            (JudgedFrom::Encounter, own.avoided, own.decided)
+        );
+        let rows = rates_like(&index(&[]), &entry.name, &found[0], &EventFilter::default());
+        assert_eq!(
+            (rows[0].scenario.as_str(), rows[0].avoided),
+            ("v", Some(own.avoided))
+        );
+
+        let manifest = Manifest {
+            variant: "v.xml".into(),
+            original: OriginalRecord {
+                sha256: "00".into(),
+                ..OriginalRecord::default()
+            },
+            attackers: vec![AttackerRecord {
+                id: by,
+                ..AttackerRecord::default()
+            }],
+            preventability: Some(PreventabilityRecord {
+                avoided: 2,
+                decided: 5,
+                ..PreventabilityRecord::default()
+            }),
+            ..Manifest::default()
+        };
+        let text = serde_json::to_string(&manifest).unwrap();
+        std::fs::write(folder.path().join("v.json"), text).unwrap();
+        let found = scenario_events(&entry, 50.0, thresholds).unwrap();
+        assert!(found.iter().all(|one| one.event.obstacle == by));
+        assert_eq!(of(&found), (JudgedFrom::Manifest, 2, 5));
     }
 
     #[test]

@@ -28,6 +28,18 @@ fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> {
     }
 }
 
+/// A bundled scenario with its ego, as a file of its own.
+pub fn copied(folder: &Path, name: &str) -> Entry {
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../scenarios")
+        .join(name);
+    for ending in ["xml", "ego_trajectory.csv"] {
+        let to = folder.join("v").with_extension(ending);
+        std::fs::copy(shipped.with_extension(ending), to).unwrap();
+    }
+    Entry::of_file(&folder.join("v.xml"))
+}
+
 /// A bundled scenario that has another planning problem before its own; its recorded ego lies beside it or not.
 fn with_two_problems(folder: &Path, ego: bool) -> Entry {
     let entry = bundled().remove(0);

@@ -6,7 +6,7 @@ use std::process::Command;
 use super::support::program::Home;
 use super::{BUNDLED, CUT_IN};
 
-fn indexed(home: &Home) {
+pub fn indexed(home: &Home) {
     let names = BUNDLED.iter().map(|(name, _)| *name);
     let run: Vec<&str> = ["corpus", "index", "-o", "index"]
         .into_iter()

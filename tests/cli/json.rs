@@ -166,6 +166,10 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             vec!["corpus", "rate", "index", "--format=json"],
         ),
         (
+            "corpus-rate-like",
+            vec!["corpus", "rate", "index", "--like", CUT_IN, "--format=json"],
+        ),
+        (
             "corpus-event",
             vec!["corpus", "rate", "index", "--events", "--format=json"],
         ),

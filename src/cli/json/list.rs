@@ -9,7 +9,7 @@ use nearmiss_study::evaluation::{RaterAgreement, Standing};
 use nearmiss_workflow::annex::AnnexRecord;
 use nearmiss_workflow::drive::DriveRecord;
 use nearmiss_workflow::variant::VariantLine;
-use nearmiss_workflow::{AskDocument, EventLine, Rate, ScenarioRow};
+use nearmiss_workflow::{AskDocument, EventLine, Rate, RateLike, ScenarioRow};
 
 use super::derived::{Derived, derived, noun};
 use crate::{
@@ -66,6 +66,7 @@ pub const DERIVED: &[Derived] = &[
     noun::<QuestionRecord<'static>>(),
     noun::<RatingRecord<'static>>(),
     noun::<Rate>(),
+    noun::<RateLike>(),
     noun::<RaterAgreement>(),
     noun::<RunRecord<'static>>(),
     noun::<Standing>(),

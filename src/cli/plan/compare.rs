@@ -6,11 +6,11 @@ use nearmiss_drive::simulation::{CollisionKind, Outcome as DriveOutcome, Policy,
 use nearmiss_formats::Entry;
 use nearmiss_scene::traffic_rules::Rule;
 use nearmiss_study::evaluation::statistics::PairedTest;
-use nearmiss_workflow::PlanError;
 use nearmiss_workflow::drive::{
     BeyondBaselines, DriveRecord, DrivenScenario, PlannerChoice, Standing, StandingRecord,
-    beyond_baselines, drive_by_all, standings,
+    beyond_baselines, drive_each, standings,
 };
+use nearmiss_workflow::{PlanError, prepare_beside};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -85,7 +85,11 @@ pub fn run(
     if !job.json {
         output::text(&job.title())?;
     }
-    let both = |entry: &Entry| drive_by_all(entry, problem, settings, &all, &cancel);
+    let both = |entry: &Entry| {
+        let prepared = prepare_beside(entry, problem, settings);
+        let drives = prepared.and_then(|prepared| drive_each(entry, &prepared, &all, &cancel));
+        drives.transpose()
+    };
     let done = Job::new("scenarios", &stop).run(entries, both, |entry, drives| {
         job.take(entry, drives)?;
         NEXT

@@ -7,13 +7,13 @@
 
 use std::sync::Arc;
 
-use nearmiss_scene::scenario::RoadUser;
+use nearmiss_scene::scenario::{RoadUser, Scenario};
 use nearmiss_scene::traffic_rules::RuleReport;
 
 use super::evasive_search::Search;
 use super::{ClosedLoop, Effect, EvasiveManoeuvre};
 use crate::planner::VehicleState;
-use crate::simulation::{Collision, Outcome, Rollout};
+use crate::simulation::{Collision, Driver, Outcome, Rollout};
 
 /// The reaction times that are looked at, seconds.
 pub const DELAYS: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
@@ -175,6 +175,14 @@ impl Avoidability {
 }
 
 impl Certificate {
+    /// A drive of the whole problem by a driver who knows the future of all others, who do not react: from its start to its
+    /// goal or deadline, without contact and on the road.
+    #[must_use]
+    pub fn of_problem(driver: &Driver, scenario: &Scenario) -> Self {
+        let search = Search::of_problem(driver, scenario);
+        search.from(search.reaction(0.0))
+    }
+
     /// The trajectory, if there is one.
     #[must_use]
     pub fn avoidance(&self) -> Option<&Arc<EvasiveTrajectory>> {

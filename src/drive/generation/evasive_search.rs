@@ -14,9 +14,11 @@ use crate::simulation::{
     Collision, Cycle, DriveSpan, DrivenTraffic, Driver, EndOfDriveCheck, Outcome, Rollout, Settings,
 };
 
-/// A search around one change.
+/// A search around one change, or of a whole problem.
 pub(super) struct Search<'a> {
-    closed: &'a ClosedLoop,
+    driver: &'a Driver,
+    /// The drive that goes on until the reaction; of a whole problem nothing is driven before.
+    unchanged: Option<&'a Rollout>,
     scenario: &'a Scenario,
     from: i64,
     /// The step that a trajectory must reach.
@@ -72,7 +74,8 @@ impl<'a> Search<'a> {
             .max()
             .unwrap_or(effect.from);
         Self {
-            closed,
+            driver,
+            unchanged: Some(closed.baseline().drive()),
             scenario: &effect.scenario,
             from: effect.from,
             last: gone.max(goal_from).min(deadline),
@@ -80,9 +83,22 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// From the start of the driver's problem to its goal or deadline.
+    pub fn of_problem(driver: &'a Driver, scenario: &'a Scenario) -> Self {
+        let span = driver.full_span();
+        Self {
+            driver,
+            unchanged: None,
+            scenario,
+            from: span.step,
+            last: span.last,
+            goal_from: span.goal_from,
+        }
+    }
+
     /// The step at which the reaction time ends.
     pub fn reaction(&self, delay: f64) -> i64 {
-        self.from + (delay / self.closed.driver().dt()).round() as i64
+        self.from + (delay / self.driver.dt()).round() as i64
     }
 
     /// Searches from the end of a reaction time on.
@@ -110,9 +126,8 @@ impl<'a> Search<'a> {
 
     /// The unchanged drive, if it ends at the goal or the deadline.
     fn unchanged(&self, reaction: i64) -> Option<EvasiveTrajectory> {
-        let drive = self.closed.baseline().drive();
-        let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
-        ends.then(|| EvasiveTrajectory {
+        let drive = self.unchanged.filter(|drive| drive.outcome.is_unharmed())?;
+        Some(EvasiveTrajectory {
             drive: Rollout {
                 cycles: Vec::new(),
                 ..drive.clone()
@@ -125,8 +140,13 @@ impl<'a> Search<'a> {
 
     /// Drives unchanged until the reaction time has passed.
     fn begin(&self, reaction: i64) -> Result<ReactionPhase<'a>, Unavoidable> {
-        let driver = self.closed.driver();
-        let drive = self.closed.baseline().drive();
+        let driver = self.driver;
+        let span = driver.full_span();
+        let start = [(span.step, span.state)];
+        let (states, outcome) = match self.unchanged {
+            Some(drive) => (&drive.states[..], drive.outcome),
+            None => (&start[..], Outcome::Infeasible),
+        };
         let path = &driver.guide().path;
         let mut begun = ReactionPhase {
             states: Vec::new(),
@@ -134,7 +154,7 @@ impl<'a> Search<'a> {
             along: None,
         };
         let mut along = driver.guide().start;
-        for (step, state) in drive.states.iter().take_while(|(s, _)| *s <= reaction) {
+        for (step, state) in states.iter().take_while(|(s, _)| *s <= reaction) {
             match begun.look.at(*step, state) {
                 Some(Outcome::Collision(collision)) => {
                     return Err(Unavoidable::TooEarly(collision));
@@ -149,7 +169,7 @@ impl<'a> Search<'a> {
         }
         match begun.states.last() {
             Some((step, _)) if *step == reaction => Ok(begun),
-            _ => Err(Unavoidable::Ended(drive.outcome)),
+            _ => Err(Unavoidable::Ended(outcome)),
         }
     }
 
@@ -159,7 +179,7 @@ impl<'a> Search<'a> {
         reaction: i64,
         searched: &mut SearchEffort,
     ) -> Option<EvasiveTrajectory> {
-        let driver = self.closed.driver();
+        let driver = self.driver;
         let (_, now) = begun.states.last()?;
         let path = &driver.guide().path;
         let on = path.project_near(&now.rear.position, begun.along?, SEARCH_REACH);
@@ -188,7 +208,7 @@ impl<'a> Search<'a> {
 
     /// The manoeuvres to try, small offsets first.
     fn grid(&self, speed: f64, present: f64) -> impl Iterator<Item = EvasiveManoeuvre> {
-        let limits = *self.closed.driver().limits();
+        let limits = *self.driver.limits();
         let most = limits.acceleration;
         let braking = BRAKING.map(|share| match share {
             0.0 => (0.0, speed),
@@ -221,7 +241,7 @@ impl<'a> Search<'a> {
 
     /// Drives a manoeuvre to the end; `None` if it touches an obstacle or leaves the road or the path.
     fn drive(&self, begun: &ReactionPhase<'_>, manoeuvre: &EvasiveManoeuvre) -> Option<Rollout> {
-        let driver = self.closed.driver();
+        let driver = self.driver;
         let (mut step, mut state) = *begun.states.last()?;
         let (mut look, mut along) = (begun.look.clone(), begun.along);
         let mut states = begun.states.clone();
@@ -244,7 +264,7 @@ impl<'a> Search<'a> {
     }
 
     fn full_rollout(&self, states: Vec<(i64, VehicleState)>, outcome: Outcome) -> Rollout {
-        let driver = self.closed.driver();
+        let driver = self.driver;
         Rollout {
             states,
             cycles: Vec::new(),
@@ -270,7 +290,7 @@ impl<'a> Search<'a> {
             last: self.last,
             goal_from: self.goal_from,
         };
-        let usual = self.closed.driver();
+        let usual = self.driver;
         for (name, settings) in attempts(usual.settings()) {
             if usual.is_cancelled() {
                 return None;
@@ -286,8 +306,7 @@ impl<'a> Search<'a> {
             let candidates = drive.cycles.iter().map(|c| c.plan.candidates);
             searched.candidates += candidates.sum::<usize>();
             // An abandoned drive ends like a time-out.
-            let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
-            if doomed >= DOOMED || !ends {
+            if doomed >= DOOMED || !drive.outcome.is_unharmed() {
                 continue;
             }
             let later = drive.states.iter().skip(1);
@@ -308,7 +327,7 @@ impl<'a> Search<'a> {
 
     /// Whether the planner found no feasible plan in a cycle and its emergency manoeuvre touches an obstacle.
     fn is_doomed(&self, cycle: &Cycle) -> bool {
-        let driver = self.closed.driver();
+        let driver = self.driver;
         let states = (cycle.step..=self.last).zip(cycle.plan.states.windows(2));
         let pose = |state: &VehicleState| state.centre(driver.limits()).pose;
         cycle.plan.emergency.is_some() && { states }.any(|(step, pair)| {
@@ -366,7 +385,7 @@ impl Search<'_> {
     /// Whether a finished trajectory touches no obstacle, stays on the road, gets to its end, and can be driven from
     /// step `reaction` on.
     pub fn verify(&self, avoidance: &EvasiveTrajectory, reaction: i64) -> bool {
-        let driver = self.closed.driver();
+        let driver = self.driver;
         let drive = &avoidance.drive;
         let mut look = EndOfDriveCheck::new(driver, self.scenario, self.goal_from);
         let mut goal = None;
@@ -395,7 +414,7 @@ impl Search<'_> {
         let Some((end, state)) = drive.states.last() else {
             return false;
         };
-        let driver = self.closed.driver();
+        let driver = self.driver;
         let (dt, limits, without) = (driver.dt(), driver.limits(), driver.settings().without);
         let later = (GOING_ON / dt).round() as i64;
         let start = state.centre(limits);

@@ -233,6 +233,12 @@ impl Outcome {
     pub fn name(&self) -> &'static str {
         self.into()
     }
+
+    /// Whether a drive may end so: at the goal, or out of time, without harm. Such a drive solves its problem.
+    #[must_use]
+    pub fn is_unharmed(&self) -> bool {
+        matches!(self, Self::Goal(_) | Self::Timeout)
+    }
 }
 
 impl std::fmt::Display for Outcome {

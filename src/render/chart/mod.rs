@@ -2,9 +2,11 @@
 
 mod boundary;
 mod rate;
+mod two_axes;
 
 pub use boundary::{BoundaryChart, BoundaryPanel};
 pub use rate::{RateChart, RatePoint};
+pub use two_axes::{JudgedEvent, TwoAxesChart};
 
 use nearmiss_scene::corpus::{Coverage, SEVERITIES};
 use nearmiss_scene::metrics::SEVERITY_NAMES;

@@ -26,6 +26,55 @@ pub struct RateChart {
     pub provenance: Provenance,
 }
 
+/// A logarithmic axis over whole powers of ten.
+pub(super) struct Decades {
+    low: i32,
+    high: i32,
+}
+
+impl Decades {
+    /// The powers of ten around all that is above 0.
+    pub fn around<'a>(points: impl Iterator<Item = &'a RatePoint>) -> Self {
+        let values = points.flat_map(|point| [point.interval.0, point.rate, point.interval.1]);
+        let positive = values.filter(|value| *value > 0.0 && value.is_finite());
+        let ends = positive.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+        if ends.1 == 0.0 {
+            return Self { low: -1, high: 0 };
+        }
+        let (low, high) = (ends.0.log10().floor() as i32, ends.1.log10().ceil() as i32);
+        Self {
+            low: low.min(high - 1),
+            high,
+        }
+    }
+
+    /// Where a value stands in an area; what is beyond an end, there.
+    pub fn across(&self, area: &Area, value: f64) -> f64 {
+        let share = (value.log10() - f64::from(self.low)) / f64::from(self.high - self.low);
+        area.x + area.width * share.clamp(0.0, 1.0)
+    }
+
+    /// Draws lines through an area, their values `below` it (points), and the name of the axis.
+    pub fn draw(&self, p: &mut Picture, area: &Area, below: f64, name: &str, palette: &Palette) {
+        for decade in self.low..=self.high {
+            let value = 10_f64.powi(decade);
+            let x = self.across(area, value);
+            p.line(
+                &[(x, area.y), (x, area.bottom())],
+                Stroke::new(palette.grid, 0.5),
+            );
+            let at = (x, area.bottom() + below + LETTERS + 2.0);
+            let words = Text::new(at, value.to_string(), LETTERS, palette.text);
+            p.text(words.anchored(Anchor::Middle));
+        }
+        let at = (area.center().0, area.bottom() + below + 2.4 * LETTERS + 2.0);
+        let name = Text::new(at, name, LETTERS, palette.text);
+        p.text(name.anchored(Anchor::Middle));
+    }
+}
+
 impl RateChart {
     /// Draws it.
     #[must_use]
@@ -41,30 +90,11 @@ impl RateChart {
         let size = (WIDTH, area.bottom() + 3.0 * LETTERS + 4.0);
         let mut picture = Picture::new(size, self.palette.background);
         picture.provenance = self.provenance.clone();
-        let (low, high) = self.decades();
-        let across = |value: f64| {
-            let share = (value.log10() - f64::from(low)) / f64::from(high - low);
-            area.x + area.width * share.clamp(0.0, 1.0)
-        };
+        let decades = Decades::around(self.rows.iter().flat_map(|(_, points)| points));
+        let across = |value: f64| decades.across(&area, value);
         let palette = &self.palette;
         picture.group("axis", None, |p| {
-            for decade in low..=high {
-                let value = 10_f64.powi(decade);
-                let grid = Stroke::new(palette.grid, 0.5);
-                p.line(
-                    &[(across(value), area.y), (across(value), area.bottom())],
-                    grid,
-                );
-                let at = (across(value), area.bottom() + LETTERS + 2.0);
-                let words = Text::new(at, value.to_string(), LETTERS, palette.text);
-                p.text(words.anchored(Anchor::Middle));
-            }
-            let at = (
-                area.x + area.width / 2.0,
-                area.bottom() + 2.4 * LETTERS + 2.0,
-            );
-            let name = Text::new(at, &self.axis, LETTERS, palette.text);
-            p.text(name.anchored(Anchor::Middle));
+            decades.draw(p, &area, 0.0, &self.axis, palette);
         });
         for (place, (name, points)) in self.rows.iter().enumerate() {
             picture.group("rate", None, |p| {
@@ -83,20 +113,5 @@ impl RateChart {
         }
         picture.rectangle(&area, None, Some(Stroke::new(palette.text, 0.6)));
         picture
-    }
-
-    /// The powers of ten around all that is above 0.
-    fn decades(&self) -> (i32, i32) {
-        let points = self.rows.iter().flat_map(|(_, points)| points);
-        let values = points.flat_map(|point| [point.interval.0, point.rate, point.interval.1]);
-        let positive = values.filter(|value| *value > 0.0 && value.is_finite());
-        let ends = positive.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
-        if ends.1 == 0.0 {
-            return (-1, 0);
-        }
-        let (low, high) = (ends.0.log10().floor() as i32, ends.1.log10().ceil() as i32);
-        (low.min(high - 1), high)
     }
 }

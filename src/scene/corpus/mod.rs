@@ -14,7 +14,10 @@ mod windows;
 pub use events::{Driven, Egos, Event, EventKind, Exposure, Parameter, ScenarioDriven};
 pub use manoeuvre::{Manoeuvre, RoadType};
 pub use parts::{Columns, IndexError, Part, PartRow, part_files};
-pub use sampler::{Axis, Candidate, Cell, Coverage, RowCell, SEVERITIES, SampledWindow, Sampler};
+pub use sampler::{
+    Axis, Candidate, Cell, Coverage, DrawingOrder, RowCell, SEVERITIES, SampledWindow, Sampler,
+    in_cells,
+};
 pub use windows::{
     IndexOptions, IndexedWindow, WindowEgo, WorstMoment, dangerous_follower, events,
     for_each_window, window_of_moment, worst_moments,

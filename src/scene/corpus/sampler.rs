@@ -4,7 +4,7 @@
 //! reading nor the division into parts changes what is drawn. Of each scenario a cell keeps one window, the one with the
 //! lowest number.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 
 use strum::{IntoStaticStr, VariantArray};
 
@@ -117,54 +117,102 @@ impl<T> Sampler<T> {
     /// Draws one window from every cell, then a second, and so on; scenarios that were not drawn before come first.
     #[must_use]
     pub fn draw(self) -> Vec<SampledWindow<T>> {
-        let mut cells: Vec<(u64, Vec<(Candidate, T)>)> = Vec::new();
+        let most = self.most;
+        in_cells(self.into_order().take(most).collect())
+    }
+
+    /// The windows in the order of drawing, until there are none; how many of each cell are drawn is not said.
+    #[must_use]
+    pub fn into_order(self) -> DrawingOrder<T> {
+        let mut cells = Vec::new();
         // Where there are more cells than draws, chance says which have one.
         let mut order: Vec<(Number, usize)> = Vec::new();
         for (place, (cell, kept)) in self.cells.into_iter().enumerate() {
             order.push((number(self.seed, &cell.join("\n")), place));
-            cells.push((kept.windows, kept.best.into_values().collect()));
+            cells.push(Undrawn {
+                windows: kept.windows,
+                unseen: kept.best.into_values().collect(),
+                seen: VecDeque::new(),
+            });
         }
         order.sort_unstable();
-        let mut drawn: Vec<(usize, SampledWindow<T>)> = Vec::new();
-        let mut scenarios: HashSet<String> = HashSet::new();
-        while drawn.len() < self.most {
-            let before = drawn.len();
-            for (_, place) in &order {
-                let (windows, candidates) = &mut cells[*place];
-                if candidates.is_empty() || drawn.len() == self.most {
-                    continue;
-                }
-                let fresh = candidates
-                    .iter()
-                    .position(|(c, _)| !scenarios.contains(&c.path));
-                let (candidate, row) = candidates.remove(fresh.unwrap_or(0));
-                scenarios.insert(candidate.path.clone());
-                let windows = *windows;
-                drawn.push((
-                    *place,
-                    SampledWindow {
-                        candidate,
-                        row,
-                        windows,
-                        drawn: 0,
-                    },
-                ));
-            }
-            if drawn.len() == before {
-                break;
-            }
+        DrawingOrder {
+            cells,
+            order: order.into_iter().map(|(_, place)| place).collect(),
+            next: 0,
+            scenarios: HashSet::new(),
         }
-        drawn.sort_by_key(|(place, _)| *place);
-        let mut counts: HashMap<usize, usize> = HashMap::new();
-        for (place, _) in &drawn {
-            *counts.entry(*place).or_default() += 1;
-        }
-        let with_count = |(place, one): (usize, SampledWindow<T>)| SampledWindow {
-            drawn: counts[&place],
-            ..one
-        };
-        drawn.into_iter().map(with_count).collect()
     }
+}
+
+/// Windows in the order of drawing.
+#[derive(Debug)]
+pub struct DrawingOrder<T> {
+    cells: Vec<Undrawn<T>>,
+    /// Places of cells.
+    order: Vec<usize>,
+    /// The place in `order` of the next cell.
+    next: usize,
+    /// Paths of scenarios that were drawn.
+    scenarios: HashSet<String>,
+}
+
+/// What was not drawn of a cell.
+#[derive(Debug)]
+struct Undrawn<T> {
+    windows: u64,
+    /// Windows in order.
+    unseen: VecDeque<(Candidate, T)>,
+    /// Of these, windows that were passed over since their scenarios were drawn before.
+    seen: VecDeque<(Candidate, T)>,
+}
+
+impl<T> Undrawn<T> {
+    /// The next window of a scenario that was not drawn before, else the next one.
+    fn draw(&mut self, scenarios: &HashSet<String>) -> Option<(Candidate, T)> {
+        while let Some(one) = self.unseen.pop_front() {
+            if !scenarios.contains(&one.0.path) {
+                return Some(one);
+            }
+            self.seen.push_back(one);
+        }
+        self.seen.pop_front()
+    }
+}
+
+impl<T> Iterator for DrawingOrder<T> {
+    type Item = SampledWindow<T>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        for _ in 0..self.order.len() {
+            let cell = &mut self.cells[self.order[self.next]];
+            self.next = (self.next + 1) % self.order.len();
+            if let Some((candidate, row)) = cell.draw(&self.scenarios) {
+                self.scenarios.insert(candidate.path.clone());
+                return Some(SampledWindow {
+                    candidate,
+                    row,
+                    windows: cell.windows,
+                    drawn: 0,
+                });
+            }
+        }
+        None
+    }
+}
+
+/// Drawn windows by their cells, with how many of each are among them.
+#[must_use]
+pub fn in_cells<T>(mut drawn: Vec<SampledWindow<T>>) -> Vec<SampledWindow<T>> {
+    drawn.sort_by(|a, b| a.candidate.cell.cmp(&b.candidate.cell));
+    let mut counts: HashMap<Vec<String>, usize> = HashMap::new();
+    for one in &drawn {
+        *counts.entry(one.candidate.cell.clone()).or_default() += 1;
+    }
+    for one in &mut drawn {
+        one.drawn = counts[&one.candidate.cell];
+    }
+    drawn
 }
 
 impl<T> Retained<T> {

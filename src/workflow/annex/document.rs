@@ -5,6 +5,8 @@ use nearmiss_drive::simulation::TrafficMode;
 use nearmiss_record::{CaptionedTable, Record};
 use nearmiss_study::evaluation::report::{Block, Document, Figure};
 
+use crate::RateLike;
+
 use super::{Annex, AnnexDrive, Finding, PlannerFindings, Role};
 
 /// Pictures of contacts in the document; the table has all.
@@ -174,6 +176,13 @@ impl Annex {
             )
             .map(Block::Table),
         );
+        let rates: Vec<RateLike> = self
+            .held
+            .iter()
+            .flat_map(|held| held.rates.clone())
+            .collect();
+        let foreseeable = "How often the index holds manoeuvres that are at least as extreme, and who avoids those of the scenarios";
+        blocks.extend(table(foreseeable, "rates", &rates).map(Block::Table));
         let missed = self
             .missed
             .iter()

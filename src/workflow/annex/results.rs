@@ -8,7 +8,6 @@ use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_record::Record;
 use nearmiss_render::{Figure, FigureOptions, MapExtent, PIXEL, Subject, svg};
-use nearmiss_scene::corpus::{Egos, Event};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::identity::family;
 use nearmiss_settings::Planning;
@@ -20,12 +19,12 @@ use strum::{IntoStaticStr, VariantArray};
 
 use super::SafetyRequirement;
 use crate::drive::{
-    DriveFigures, DriveRecord, DrivenScenario, PlannerChoice, Standing, StandingRecord,
-    drive_by_all, standings, thousandths,
+    DriveFigures, DriveRecord, DrivenScenario, PlannerChoice, Standing, StandingRecord, drive_each,
+    standings, thousandths,
 };
 use crate::{
-    EventFilter, INDEX_RADIUS, IndexedEvents, OpenRequest, Overview, PlanError, Rate, StandIn,
-    Verdicts, attack_events, foreseeability, open,
+    EventFilter, INDEX_RADIUS, IndexedEvents, OpenRequest, Overview, PlanError, RateLike,
+    ScenarioEvent, StandIn, Verdicts, open, prepare_beside, rates_like, scenario_events,
 };
 
 /// Why someone drives.
@@ -175,16 +174,6 @@ pub struct AnnexScenario {
     /// Dynamic elements: what others do to the recorded ego, at the moment that matters and as events ahead of it.
     #[schemars(title = "dynamic elements")]
     pub dynamic_elements: String,
-    /// Terms of the events that are at least as extreme, in the index; empty without one.
-    #[schemars(title = "at least as extreme")]
-    pub terms: String,
-    /// Whose events are counted: recorded or obstacle.
-    pub ego_source: Option<Egos>,
-    /// Such events an hour.
-    #[schemars(title = "per hour", extend("decimals" = 3))]
-    pub per_hour: Option<f64>,
-    /// Its interval of 95 %.
-    pub per_hour_ci: Option<Interval>,
 }
 
 impl Record for AnnexScenario {
@@ -197,6 +186,8 @@ impl Record for AnnexScenario {
 pub struct HeldScenario {
     /// The scenario.
     pub scenario: AnnexScenario,
+    /// How often the index holds what is at least as extreme as its events, and who avoids these.
+    pub rates: Vec<RateLike>,
     /// Its drives, in the order of who drives.
     pub drives: Vec<AnnexDrive>,
     /// What each says of itself, where it is a process.
@@ -325,6 +316,8 @@ pub struct AnnexRecord {
     pub contacts: Vec<ContactsByDriver>,
     /// The scenarios.
     pub scenarios: Vec<AnnexScenario>,
+    /// How often the index holds manoeuvres that are at least as extreme as those of the scenarios.
+    pub rates: Vec<RateLike>,
     /// Every drive.
     pub drives: Vec<AnnexDrive>,
     /// Scenarios that could not be driven, and why.
@@ -350,12 +343,24 @@ pub fn held(
 ) -> Option<Result<HeldScenario, PlanError>> {
     let settings = Settings::from(&requirement.planning);
     let planners: Vec<PlannerChoice> = who.iter().map(|(planner, _)| planner.clone()).collect();
-    let drives = match drive_by_all(entry, None, &settings, &planners, cancel)? {
+    let prepared = prepare_beside(entry, None, &settings);
+    let drives = prepared.and_then(|prepared| drive_each(entry, &prepared, &planners, cancel));
+    let drives = match drives.transpose()? {
         Ok(drives) => drives,
         Err(error) => return Some(Err(error)),
     };
+    let radius = index.map_or(INDEX_RADIUS, |index| index.radius);
+    // Without an ego there are none, and where nobody ahead does anything.
+    let events = scenario_events(entry, radius, thresholds).unwrap_or_default();
+    let rates = |event| {
+        let all = EventFilter::default();
+        index.map_or_else(Vec::new, |index| {
+            rates_like(index, &entry.name, event, &all)
+        })
+    };
     let mut held = HeldScenario {
-        scenario: described(entry, index, thresholds),
+        scenario: described(entry, &events, thresholds),
+        rates: events.iter().flat_map(rates).collect(),
         drives: Vec::new(),
         identities: Vec::new(),
         figures: drives.iter().map(DriveFigures::from).collect(),
@@ -445,12 +450,8 @@ fn picture(driven: &DrivenScenario, planner: &str, finding: Finding) -> Option<(
     Some((caption, svg(&figure.at(collision.step))))
 }
 
-/// What a scenario is, in tags, and how often such manoeuvres are met.
-fn described(
-    entry: &Entry,
-    index: Option<&IndexedEvents>,
-    thresholds: &Thresholds,
-) -> AnnexScenario {
+/// What a scenario is, in tags.
+fn described(entry: &Entry, events: &[ScenarioEvent], thresholds: &Thresholds) -> AnnexScenario {
     let request = OpenRequest {
         entry,
         ego: &EgoSelection::Beside,
@@ -468,19 +469,15 @@ fn described(
         let said: Vec<&str> = words.iter().flatten().map(String::as_str).collect();
         said.join(", ")
     };
-    let radius = index.map_or(INDEX_RADIUS, |index| index.radius);
-    // Nobody ahead does anything, or there is no ego.
-    let events = attack_events(entry, radius).unwrap_or_default();
     let of_moment = { row.with.clone().zip(row.manoeuvre) };
     let mut dynamic: Vec<String> = { of_moment.into_iter() }
         .map(|(with, manoeuvre)| format!("{with}: {manoeuvre}"))
         .collect();
-    for event in &events {
+    for ScenarioEvent { event, .. } in events {
         let (kind, id) = (event.obstacle_type.name(), event.obstacle);
         dynamic.push(format!("{kind} {id}: {}", event.manoeuvre.name()));
     }
     dynamic.dedup();
-    let rate = index.and_then(|index| rarest(&events, index));
     AnnexScenario {
         scenario: row.scenario,
         file: row.file,
@@ -495,28 +492,7 @@ fn described(
             |said| words(&[said.time_of_day.clone(), said.weather.clone()]),
         ),
         dynamic_elements: dynamic.join(", "),
-        terms: rate
-            .as_ref()
-            .map_or_else(String::new, |rate| rate.terms.clone()),
-        ego_source: rate.as_ref().map(|rate| rate.ego_source),
-        per_hour: rate.as_ref().and_then(|rate| rate.per_hour),
-        per_hour_ci: rate.and_then(|rate| rate.per_hour_ci),
     }
-}
-
-/// The rate of the rarest of its events: all have to come together. Recorded egos count where the index has them.
-fn rarest(events: &[Event], index: &IndexedEvents) -> Option<Rate> {
-    let of = |egos| {
-        let rates = { events.iter() }
-            .map(|event| foreseeability(index, &EventFilter::like(event), egos))
-            .filter(|rate| rate.per_hour.is_some());
-        rates.min_by(|a, b| {
-            a.per_hour
-                .unwrap_or(0.0)
-                .total_cmp(&b.per_hour.unwrap_or(0.0))
-        })
-    };
-    of(Egos::Recorded).or_else(|| of(Egos::Obstacle))
 }
 
 impl Annex {
@@ -677,6 +653,11 @@ impl Annex {
             standings: self.standings(),
             contacts: self.contacts(),
             scenarios: self.held.iter().map(|held| held.scenario.clone()).collect(),
+            rates: self
+                .held
+                .iter()
+                .flat_map(|held| held.rates.clone())
+                .collect(),
             drives: self
                 .held
                 .iter()

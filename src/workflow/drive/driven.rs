@@ -125,28 +125,35 @@ pub fn drive_entry(
         .transpose()
 }
 
-/// The same drive by each of several planners, in their order; the first error ends it.
-#[must_use]
-pub fn drive_by_all(
-    entry: &Entry,
-    problem: Option<i64>,
-    settings: &Settings,
-    planners: &[PlannerChoice],
-    cancel: &Cancel,
-) -> Option<Result<Vec<DrivenScenario>, PlanError>> {
-    let mut drives = Vec::new();
-    for planner in planners {
-        let options = DriveOptions {
+impl<'a> DriveOptions<'a> {
+    /// This planner's drive, and no more.
+    #[must_use]
+    pub fn of(planner: &'a PlannerChoice) -> Self {
+        Self {
             planner: Some(planner),
             monitor: None,
             counts: false,
-        };
-        match drive_entry(entry, problem, settings, options, cancel)? {
-            Ok(driven) => drives.push(driven),
-            Err(error) => return Some(Err(error)),
         }
     }
-    Some(Ok(drives))
+}
+
+/// Drives the ego of a scenario with each of several planners; nothing where `cancel` asked for an end.
+///
+/// # Errors
+/// See [`drive`].
+pub fn drive_each(
+    entry: &Entry,
+    prepared: &PreparedPlan,
+    planners: &[PlannerChoice],
+    cancel: &Cancel,
+) -> Result<Option<Vec<DrivenScenario>>, PlanError> {
+    let all = planners.iter().map(|planner| {
+        let options = DriveOptions::of(planner);
+        drive(entry, prepared.clone(), options, cancel).transpose()
+    });
+    // The first one that is cut short ends it.
+    let drives: Option<Result<Vec<_>, _>> = all.collect();
+    drives.transpose()
 }
 
 impl DrivenScenario {
@@ -194,7 +201,7 @@ impl DrivenScenario {
     /// Whether it ended as a drive may: at the goal, or out of time, without harm.
     #[must_use]
     pub fn unharmed(&self) -> bool {
-        matches!(self.outcome(), Outcome::Goal(_) | Outcome::Timeout)
+        self.outcome().is_unharmed()
     }
 
     /// Steps that were driven.

@@ -2,13 +2,15 @@
 
 mod choice;
 mod driven;
+mod hard;
 mod monitored;
 mod record;
 mod rules;
 mod standing;
 
 pub use choice::{BUILT_IN, PlannerChoice, RECORDED};
-pub use driven::{DriveOptions, DrivenScenario, drive, drive_by_all, drive_entry, median};
+pub use driven::{DriveOptions, DrivenScenario, drive, drive_each, drive_entry, median};
+pub use hard::{Hardness, Solver, hardness};
 pub use monitored::{MonitorAnswerRecord, MonitorRecord};
 pub use record::{
     DriveRecord, ExternalDriveRecord, PlannerFaultRecord, ReactionRecord, UndrivableRecord,

@@ -1,18 +1,17 @@
 //! `nearmiss corpus rate`: how often the egos of an index meet a manoeuvre, per hour and per kilometre.
 
+mod like;
+
 use std::path::PathBuf;
 
-use nearmiss_formats::Entry;
 use nearmiss_record::{CaptionedTable, Record, Table, columns, rows};
 use nearmiss_render::{Palette, Picture, Provenance, RateChart, RatePoint};
-use nearmiss_workflow::{
-    EventFilter, IndexedEvents, Rate, attack_events, events_that_fit, rates, read_events,
-};
+use nearmiss_workflow::{EventFilter, IndexedEvents, Rate, events_that_fit, rates, read_events};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::corpus::save_picture;
-use super::{Failure, Outcome, output};
+use crate::corpus::save_picture;
+use crate::{Failure, Outcome, output};
 
 /// Arguments of `corpus rate`.
 #[derive(Debug, clap::Args)]
@@ -22,17 +21,17 @@ pub struct Rates {
     folder: PathBuf,
     /// Terms that events fit: "manoeuvre:cut_in gap<12 closing>5".
     terms: Vec<String>,
-    /// Count what is at least as extreme as what the attackers of this variant do; of another scenario, as what anyone ahead
-    /// of its ego does.
-    #[arg(long, value_name = "SCENARIO")]
-    like: Option<PathBuf>,
+    /// Count what is at least as extreme as what the attackers of this variant do, or those of each variant in a folder; of
+    /// another scenario, as what anyone ahead of its ego does. Also says which drivers avoid it; may be repeated.
+    #[arg(long, value_name = "SCENARIO|FOLDER")]
+    like: Vec<PathBuf>,
     /// List the events.
     #[arg(long, conflicts_with = "output")]
     events: bool,
     /// Form of the output.
     #[arg(long, value_enum, default_value = "table")]
     format: RateFormat,
-    /// Also draw the rates: a file .svg or .png.
+    /// Also draw the rates, with --like over how many drivers avoid each: a file .svg or .png.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace an existing file.
@@ -57,45 +56,17 @@ pub fn run(arguments: &Rates) -> Outcome {
     let filter =
         filter.map_err(|why| Failure::input(format!("terms: {}", output::visible(&why))))?;
     let index = read_events(&arguments.folder).map_err(Failure::input)?;
-    let filters = match &arguments.like {
-        None => vec![filter],
-        Some(like) => {
-            let entry = Entry::of_argument(&super::open::resolved(like)?);
-            let found = attack_events(&entry, index.radius).map_err(Failure::input)?;
-            let like = found
-                .iter()
-                .map(|event| EventFilter::like(event).and(&filter));
-            like.collect()
-        }
-    };
-    if arguments.like.is_some() {
-        let words = filters.iter().map(EventFilter::words);
-        words.for_each(|words| output::say(&format!("nearmiss: at least as extreme: {words}")));
+    if !arguments.like.is_empty() {
+        return like::run(arguments, &index, &filter);
     }
-    for filter in &filters {
-        if let Some(gap) = filter.widest_gap().filter(|gap| *gap > index.radius) {
-            output::say(&format!(
-                "nearmiss: gap {gap}: the index knows nothing of others farther than {} m away; `nearmiss corpus index --radius {}` does",
-                index.radius,
-                gap.ceil() + 10.0
-            ));
-        }
-    }
+    say_beyond(&filter, &index);
     if arguments.events {
-        let found = filters
-            .iter()
-            .flat_map(|filter| events_that_fit(&index, filter));
-        return print("events", &found.collect::<Vec<_>>(), arguments.format);
+        let found = events_that_fit(&index, &filter);
+        return print("events", &found, arguments.format);
     }
-    let found: Vec<Rate> = filters
-        .iter()
-        .flat_map(|filter| rates(&index, filter))
-        .collect();
+    let found = rates(&index, &filter);
     if found.is_empty() {
-        return Err(Failure::input(format!(
-            "{}: no motor vehicle drives in its scenarios",
-            arguments.folder.display()
-        )));
+        return Err(nothing_drives(arguments));
     }
     say_what_it_is(&index, &found);
     if let Some(path) = &arguments.output {
@@ -104,8 +75,26 @@ pub fn run(arguments: &Rates) -> Outcome {
     print("rates", &found, arguments.format)
 }
 
+fn nothing_drives(arguments: &Rates) -> Failure {
+    Failure::input(format!(
+        "{}: no motor vehicle drives in its scenarios",
+        arguments.folder.display()
+    ))
+}
+
+/// That a filter asks for gaps which the index does not look at.
+fn say_beyond(filter: &EventFilter, index: &IndexedEvents) {
+    if let Some(gap) = filter.widest_gap().filter(|gap| *gap > index.radius) {
+        output::say(&format!(
+            "nearmiss: gap {gap}: the index knows nothing of others farther than {} m away; `nearmiss corpus index --radius {}` does",
+            index.radius,
+            gap.ceil() + 10.0
+        ));
+    }
+}
+
 /// What makes the rates less than they seem.
-fn say_what_it_is(index: &IndexedEvents, found: &[Rate]) {
+fn say_what_it_is<'r>(index: &IndexedEvents, found: impl IntoIterator<Item = &'r Rate>) {
     let windows = index.scenarios.iter().filter(|one| one.is_window).count();
     if windows > 0 {
         output::say(&format!(
@@ -113,7 +102,7 @@ fn say_what_it_is(index: &IndexedEvents, found: &[Rate]) {
             output::counted(index.scenarios.len(), "scenario")
         ));
     }
-    if let Some(few) = found.iter().find(|rate| rate.independent) {
+    if let Some(few) = found.into_iter().find(|rate| rate.independent) {
         output::say(&format!(
             "nearmiss: {} of {} egos: intervals take events as independent, and are too narrow if they are not",
             output::counted(few.recordings, "recording"),
@@ -144,37 +133,50 @@ fn print<R: Record + JsonSchema + Serialize>(
 fn picture(found: &[Rate]) -> Picture {
     let row = |rate: &Rate| {
         let what = rate.manoeuvre.map_or("", |kind| kind.name());
-        let ends = rate.per_hour.zip(rate.per_hour_ci);
-        let point = ends.map(|(rate, interval)| RatePoint {
-            rate,
-            interval: interval.into(),
-        });
+        let point = point(rate);
         let name = format!("{what}, {} egos", rate.ego_source.name());
         (name, point.into_iter().collect())
     };
-    let counts = found.iter().map(|rate| {
-        let what = rate.manoeuvre.map_or("", |kind| kind.name());
-        let Rate {
-            terms,
-            events,
-            hours,
-            ..
-        } = rate;
-        let ego = rate.ego_source.name();
-        format!("{what} {terms}, {ego}: {events} in {hours:.2} h")
-    });
+    let counts = found.iter().map(count);
     let chart = RateChart {
         axis: "events an hour, with intervals of 95 %".into(),
         rows: found.iter().map(row).collect(),
         palette: Palette::paper(),
-        provenance: Provenance {
-            title: "nearmiss, rates of events in a corpus".into(),
-            description: counts.collect::<Vec<_>>().join("; "),
-            facts: vec![(
-                "program",
-                concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into(),
-            )],
-        },
+        provenance: provenance(counts),
     };
     chart.picture()
+}
+
+/// `cut_in gap<12, recorded: 3 in 12.00 h`.
+fn count(rate: &Rate) -> String {
+    let what = rate.manoeuvre.map_or("", |kind| kind.name());
+    let Rate {
+        terms,
+        events,
+        hours,
+        ..
+    } = rate;
+    let ego = rate.ego_source.name();
+    format!("{what} {terms}, {ego}: {events} in {hours:.2} h")
+}
+
+/// A rate with its interval; nothing where nothing was driven.
+fn point(rate: &Rate) -> Option<RatePoint> {
+    let ends = rate.per_hour.zip(rate.per_hour_ci);
+    ends.map(|(rate, interval)| RatePoint {
+        rate,
+        interval: interval.into(),
+    })
+}
+
+/// What stands in the file of a figure, with what each rate is of.
+fn provenance(counts: impl Iterator<Item = String>) -> Provenance {
+    Provenance {
+        title: "nearmiss, rates of events in a corpus".into(),
+        description: counts.collect::<Vec<_>>().join("; "),
+        facts: vec![(
+            "program",
+            concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into(),
+        )],
+    }
 }

@@ -1,0 +1,121 @@
+//! `corpus sample --hard`: drives scenarios in the order of drawing until enough are hard and proven solvable.
+
+use std::collections::HashSet;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Settings;
+use nearmiss_scene::corpus::{DrawingOrder, SampledWindow, in_cells};
+use nearmiss_workflow::PlanError;
+use nearmiss_workflow::drive::{Hardness, Solver, hardness};
+
+use super::corpus::SampleLine;
+use super::ending::interrupted;
+use super::many_files::{Done, Job, NEXT};
+use super::open::{configuration, entry};
+use super::{Failure, output};
+
+/// What came of the scenarios that were tried.
+#[derive(Default)]
+struct Counts {
+    driven: usize,
+    hard: usize,
+    /// Of these, by [`Solver::ALL`].
+    solved: [usize; Solver::ALL.len()],
+    /// Scenarios without a planning problem, or without a way to its goal.
+    nothing: usize,
+    failed: usize,
+}
+
+/// Why a scenario was not driven.
+enum NotDriven {
+    /// There is nothing to drive in it.
+    Nothing,
+    Failed(Failure),
+}
+
+/// At most `most` windows, each of another scenario that no baseline solves and a drive proves solvable; and how far the job
+/// came.
+pub fn drawn(
+    order: DrawingOrder<SampleLine>,
+    most: usize,
+) -> Result<(Vec<SampledWindow<SampleLine>>, Done), Failure> {
+    let (_, config) = configuration()?;
+    let settings = Settings::from(&config.planning());
+    let stop = interrupted(true);
+    let cancel = Cancel::from_flag(&stop);
+    let mut seen = HashSet::new();
+    let windows = order.filter(|one| seen.insert(one.candidate.path.clone()));
+    let windows: Vec<SampledWindow<SampleLine>> = windows.collect();
+    let drive = |window: &SampledWindow<SampleLine>| {
+        let entry = entry(Path::new(&window.row.file)).map_err(NotDriven::Failed);
+        let judged = |entry| {
+            hardness(&entry, &settings, &cancel).map_err(|error| match error {
+                PlanError::NothingToPlan(_) => NotDriven::Nothing,
+                error => NotDriven::Failed(Failure::input(error)),
+            })
+        };
+        entry.and_then(judged).transpose()
+    };
+    let (mut counts, mut found) = (Counts::default(), Vec::new());
+    let done = Job::new("scenarios", &stop).run(&windows, drive, |window, result| {
+        match result {
+            Ok(hardness) => {
+                counts.driven += 1;
+                if let Hardness::Hard { ends, solver } = hardness {
+                    counts.hard += 1;
+                    found.extend(solver.map(|solver| {
+                        counts.solved[solver as usize] += 1;
+                        let mut window = window.clone();
+                        window.row.solved_by = Some(solver);
+                        window.row.baselines = Some(ends.into());
+                        window
+                    }));
+                }
+            }
+            Err(NotDriven::Nothing) => counts.nothing += 1,
+            Err(NotDriven::Failed(failure)) => {
+                failure.say();
+                counts.failed += 1;
+            }
+        }
+        match found.len() < most {
+            true => NEXT,
+            false => Ok(ControlFlow::Break(())),
+        }
+    });
+    counts.say();
+    if counts.driven == 0 && !done.interrupted {
+        return Err(Failure::input("no scenario of the index could be driven"));
+    }
+    if found.len() < most && !done.interrupted {
+        output::say("nearmiss: all scenarios of the index were tried");
+    }
+    Ok((in_cells(found), done))
+}
+
+impl Counts {
+    /// On standard error.
+    fn say(&self) {
+        let by = Solver::ALL.into_iter().zip(self.solved);
+        let by: Vec<String> = by.map(|(by, n)| format!("{} {n}", by.words())).collect();
+        let mut words = format!(
+            "nearmiss: driven {}, baselines fail {}, solvable {} ({})",
+            self.driven,
+            self.hard,
+            self.solved.iter().sum::<usize>(),
+            by.join(", ")
+        );
+        let not = [
+            (self.nothing, "without a problem that can be planned"),
+            (self.failed, "failed"),
+        ];
+        let not = not.iter().filter(|(count, _)| *count > 0);
+        let not: Vec<String> = not.map(|(count, why)| format!("{count} {why}")).collect();
+        if !not.is_empty() {
+            words += &format!("; not driven: {}", not.join(", "));
+        }
+        output::say(&words);
+    }
+}
