@@ -6,6 +6,7 @@ use nearmiss_scene::scenario::{Motion, Participant, Scene};
 
 use super::competent::WANDERING;
 use super::model::{EXPECTATION, Seen, surprise};
+use super::ride::Spot;
 
 /// A stretch of a recording along the path of its ego.
 #[derive(Debug)]
@@ -172,11 +173,16 @@ impl<'s> Field<'s> {
     }
 
     /// The ego's body at an arc length and an offset to the left, metres, turned by so much from the path.
-    pub(super) fn own_at(&self, s: f64, aside: f64, turned: f64) -> Option<Placed<'_>> {
-        let mut pose = self.lookout.path.at(s)?;
-        pose.position += pose.left() * aside;
-        pose.heading += turned;
-        Some(self.scene.ego.footprint.at(pose))
+    pub(super) fn own_at(&self, spot: &Spot) -> Option<Placed<'_>> {
+        Some(self.scene.ego.footprint.at(self.pose(spot)?))
+    }
+
+    /// The ego's pose at a spot.
+    pub(super) fn pose(&self, spot: &Spot) -> Option<Pose> {
+        let mut pose = self.lookout.path.at(spot.s)?;
+        pose.position += pose.left() * spot.aside;
+        pose.heading += spot.turned;
+        Some(pose)
     }
 
     /// What a driver at an arc length (m) sees at a step, into `seen`.

@@ -9,7 +9,7 @@ use nearmiss_base::geometry::{Area, Point};
 
 use super::field::Field;
 use super::model::{DriverModel, Parameter};
-use super::ride::{Ride, Spot, Touch, advance};
+use super::ride::{Ride, RideState, Spot, Touch, advance};
 
 /// A row of [`super::DRIVERS`].
 pub const MODEL: DriverModel = DriverModel {
@@ -123,12 +123,7 @@ impl Field<'_> {
         let start = s;
         let spot = |s: f64, speed: f64| {
             if manoeuvre.aside == 0.0 {
-                return Spot {
-                    s,
-                    aside: 0.0,
-                    turned: 0.0,
-                    speed,
-                };
+                return Spot::on_path(s, speed);
             }
             let t = ((s - start) / manoeuvre.over).clamp(0.0, 1.0);
             let slope = 30.0 * t * t * (1.0 - t) * (1.0 - t) / manoeuvre.over;
@@ -146,6 +141,11 @@ impl Field<'_> {
         };
         ride.touch = self.overlap(from, s, speed);
         let mut was = spot(s, speed);
+        ride.states.push(RideState {
+            step: from,
+            spot: was,
+            acceleration: 0.0,
+        });
         for step in from..self.last {
             if ride.touch.is_some() {
                 break;
@@ -163,7 +163,11 @@ impl Field<'_> {
             if now.aside != 0.0 && ride.touch.is_none() && !self.is_on_road(&now, road) {
                 return None;
             }
-            ride.states.push((step + 1, s, speed, used));
+            ride.states.push(RideState {
+                step: step + 1,
+                spot: now,
+                acceleration: used,
+            });
             was = now;
         }
         Some(ride)
@@ -175,7 +179,7 @@ impl Field<'_> {
         let Some(road) = road else {
             return true;
         };
-        let body = self.own_at(spot.s, spot.aside, spot.turned);
+        let body = self.own_at(spot);
         body.is_some_and(|body| road.covers(&body))
     }
 
@@ -197,7 +201,7 @@ impl Field<'_> {
             .map(|l| l.ring());
         let rings: Vec<_> = lanelets.filter(|ring| ring.iter().any(near)).collect();
         let area = Area::union(rings.iter().map(Vec::as_slice), GAP);
-        let starts_on = area.covers(&self.own_at(self.ego[0].0, 0.0, 0.0)?);
+        let starts_on = area.covers(&self.own_at(&Spot::on_path(self.ego[0].0, 0.0))?);
         starts_on.then_some(area)
     }
 }
