@@ -24,6 +24,7 @@
 //! - [`TruthSearch`]: what is true about stored answers
 //! - [`tune`]: better templates from wrong answers of a dev split
 //! - [`convert`]: a scenario in another format
+//! - [`ToldStory`]: what happened, and who would have avoided it
 //! - [`tables`]: measures, lanes and windows, a row each
 //! - [`journal`]: what a job over many files has finished, so that a run that was killed continues
 //!
@@ -55,6 +56,7 @@ mod scenario_filter;
 mod simulator_export;
 pub mod span;
 mod stand_in;
+mod story;
 pub mod tables;
 mod truth;
 pub mod tune;
@@ -109,6 +111,7 @@ pub use scenario_filter::{
 };
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator, scene_to_export};
 pub use stand_in::StandIn;
+pub use story::ToldStory;
 pub use truth::{BatchLabels, StoredQuestion, TruthChoice, TruthSearch, asked_as, batch_labels};
 
 #[cfg(test)]
