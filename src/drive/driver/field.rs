@@ -1,10 +1,13 @@
 //! Everyone along the ego's own path around one event: worked out once for all drivers and all moments.
 
-use nearmiss_base::geometry::{Footprint, Placed, Point, Pose, Vector, angle_between};
+use std::sync::OnceLock;
+
+use nearmiss_base::geometry::{Area, Footprint, Placed, Point, Pose, Vector, angle_between};
 use nearmiss_scene::metrics::DrivenPath;
 use nearmiss_scene::scenario::{Motion, Participant, Scene};
 
 use super::competent::WANDERING;
+use super::ideal::FARTHEST;
 use super::model::{EXPECTATION, Seen, surprise};
 use super::ride::Spot;
 
@@ -19,12 +22,44 @@ pub struct Field<'s> {
     /// The last step that is looked at; those after the recording are continued with heading and speed kept.
     pub(super) last: i64,
     pub(super) others: Vec<Other<'s>>,
+    /// The body of the ego.
+    pub(super) body: Block,
+    /// Whom a ride may touch on the way to each step from the first on.
+    pub(super) near: Vec<Vec<Nearby>>,
+    /// The road around the path, once it was asked for; `None` where that is not known.
+    pub(super) road: OnceLock<Option<Area>>,
 }
+
+/// Another road user that a ride may touch on the way to a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Nearby {
+    /// Its place in [`Field::others`].
+    pub other: usize,
+    /// Where it is then: along the path and across, metres.
+    along: f64,
+    aside: f64,
+    /// Between its middle and the ego's along the path and across, beside what the ego moves, at most, metres.
+    long: f64,
+    lat: f64,
+}
+
+impl Nearby {
+    /// Whether a body at a spot, which moved so far (m) along the path, can touch it.
+    pub fn is_reached(&self, spot: &Spot, moved: f64) -> bool {
+        (self.along - spot.s).abs() <= self.long + moved
+            && (self.aside - spot.aside).abs() <= self.lat
+    }
+}
+
+/// Bodies farther apart than this cannot touch within a step beyond what they move, metres.
+const MARGIN: f64 = 1.0;
 
 /// Another road user of a field.
 #[derive(Debug)]
 pub(super) struct Other<'s> {
     pub participant: Participant<'s>,
+    /// Its body, if that is the same all along.
+    pub body: Option<Block>,
     /// Its place at each step from the field's first on.
     pub places: Vec<Option<Place>>,
 }
@@ -103,8 +138,12 @@ impl<'s> Field<'s> {
             first,
             last,
             others: Vec::new(),
+            body: Block::around(&scene.ego.footprint),
+            near: Vec::new(),
+            road: OnceLock::new(),
         };
         field.others = field.look_around();
+        field.near = field.find_near();
         Some(field)
     }
 
@@ -139,12 +178,40 @@ impl<'s> Field<'s> {
             };
             let places: Vec<Option<Place>> = (self.first..=self.last).map(&mut place).collect();
             let is_there = places.iter().any(Option::is_some);
-            is_there.then_some(Other {
+            let body = participant.footprint_at(self.first);
+            let is_rigid = (self.first..=self.last)
+                .all(|step| std::ptr::eq(participant.footprint_at(step), body));
+            is_there.then(|| Other {
                 participant,
+                body: is_rigid.then(|| Block::around(body)),
                 places,
             })
         });
         participants.collect()
+    }
+
+    /// Whom a ride may touch on the way to each step.
+    fn find_near(&self) -> Vec<Vec<Nearby>> {
+        let [(rear, front), (right, left)] = self.lookout.own;
+        let own = (front - rear).hypot(left - right) / 2.0 + front.abs().max(rear.abs());
+        let nearby = |other: usize, place: &Place| {
+            let around = own + place.velocity.norm() * self.lookout.dt + MARGIN;
+            Nearby {
+                other,
+                along: place.along,
+                aside: place.aside,
+                long: around + place.half_long,
+                lat: around + place.half_lat,
+            }
+        };
+        let at = |at: usize| -> Vec<Nearby> {
+            let there = self.others.iter().enumerate();
+            let there = there.filter_map(|(i, other)| Some(nearby(i, other.places[at].as_ref()?)));
+            { there }
+                .filter(|near| near.aside.abs() <= near.lat + FARTHEST)
+                .collect()
+        };
+        (0..=(self.last - self.first) as usize).map(at).collect()
     }
 
     /// The motion of another at a step, continued after the `end` of the recording, and whether it is known then.
@@ -197,6 +264,65 @@ impl<'s> Field<'s> {
     }
 }
 
+/// The box around a body in its own frame: rear and front, right and left, metres.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    middle: Vector,
+    half: Vector,
+    /// Of its farthest point from the place of the body.
+    reach: f64,
+}
+
+impl Block {
+    /// That of a body.
+    pub fn around(body: &Footprint) -> Self {
+        let [(rear, front), (right, left)] = extents(body);
+        Self {
+            middle: Vector::new(f64::midpoint(rear, front), f64::midpoint(right, left)),
+            half: Vector::new((front - rear) / 2.0, (left - right) / 2.0),
+            reach: body.reach(),
+        }
+    }
+
+    /// Whether boxes on their ways from one pose to another stay apart for sure: one line separates them at both ends, by
+    /// more than their turning takes.
+    pub fn are_apart(one: (&Self, [Pose; 2]), other: (&Self, [Pose; 2])) -> bool {
+        let turning = |(block, [from, to]): &(&Self, [Pose; 2])| {
+            angle_between(from.heading, to.heading).abs() * block.reach
+        };
+        let least = turning(&one) + turning(&other) + LEAST;
+        let ends = [0, 1].map(|end| [one, other].map(|(block, ways)| block.at(&ways[end])));
+        let axes = ends[1].iter().flat_map(|(_, sides)| *sides);
+        { axes }.map(|side| side.normalize()).any(|axis| {
+            let gaps = ends.map(|[(a, sides), (b, others)]| {
+                let reach: f64 = { sides.iter().chain(&others) }
+                    .map(|side| side.dot(&axis).abs())
+                    .sum();
+                let between = (b - a).dot(&axis);
+                (between.signum(), between.abs() - reach)
+            });
+            gaps[0].0 == gaps[1].0 && gaps.iter().all(|(_, gap)| *gap > least)
+        })
+    }
+
+    /// Its middle at a pose, and half of its length and width as vectors.
+    fn at(&self, pose: &Pose) -> (Point, [Vector; 2]) {
+        let (forward, left) = (pose.forward(), pose.left());
+        let middle = pose.position + forward * self.middle.x + left * self.middle.y;
+        (middle, [forward * self.half.x, left * self.half.y])
+    }
+}
+
+/// A gap below this is none, metres.
+const LEAST: f64 = 1e-3;
+
+/// How far a body reaches along its heading, and across it to the left, metres.
+fn extents(body: &Footprint) -> [(f64, f64); 2] {
+    let flat = Pose::new(0.0, 0.0, 0.0);
+    let axis = |x, y| body.at(flat).extent(&flat.position, &Vector::new(x, y));
+    [axis(1.0, 0.0), axis(0.0, 1.0)]
+}
+
 /// What the driver of a body on a path sees of others.
 #[derive(Debug)]
 pub(crate) struct Lookout {
@@ -210,11 +336,9 @@ pub(crate) struct Lookout {
 impl Lookout {
     /// The lookout of a body.
     pub fn new(path: DrivenPath, body: &Footprint, dt: f64) -> Self {
-        let flat = Pose::new(0.0, 0.0, 0.0);
-        let axis = |x, y| body.at(flat).extent(&flat.position, &Vector::new(x, y));
         Self {
             path,
-            own: [axis(1.0, 0.0), axis(0.0, 1.0)],
+            own: extents(body),
             dt,
         }
     }

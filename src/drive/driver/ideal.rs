@@ -63,7 +63,10 @@ const ALONG: [(f64, f64); 11] = [
 ];
 
 /// Offsets to either side, metres.
-const ASIDE: [f64; 6] = [0.5, 1.0, 1.75, 2.5, 3.0, 3.5];
+const ASIDE: [f64; 6] = [0.5, 1.0, 1.75, 2.5, 3.0, FARTHEST];
+
+/// No driver gets farther beside the path, metres.
+pub(super) const FARTHEST: f64 = 3.5;
 
 /// Shares of the friction circle for steering.
 const GRIP: [f64; 2] = [0.5, 0.95];
@@ -85,98 +88,111 @@ struct Manoeuvre {
     over: f64,
 }
 
+impl Manoeuvre {
+    /// The place at an arc length (m) of who began it at `start`.
+    fn spot(&self, start: f64, s: f64, speed: f64) -> Spot {
+        if self.aside == 0.0 {
+            return Spot::on_path(s, speed);
+        }
+        let t = ((s - start) / self.over).clamp(0.0, 1.0);
+        let slope = 30.0 * t * t * (1.0 - t) * (1.0 - t) / self.over;
+        Spot {
+            s,
+            aside: self.aside * t * t * t * (10.0 + t * (6.0 * t - 15.0)),
+            turned: (self.aside * slope).atan(),
+            speed,
+        }
+    }
+
+    /// The acceleration at a speed, m/s².
+    fn acceleration_at(&self, speed: f64, dt: f64) -> f64 {
+        let left = (self.until - speed) / dt;
+        match self.acceleration {
+            a if a < 0.0 => a.max(left).min(0.0),
+            a => a.min(left).max(0.0),
+        }
+    }
+}
+
 impl Field<'_> {
     /// The ideal driver from a step on: its ride without contact, if one is found, else that of the lowest closing speed.
     #[must_use]
     pub fn ideal_ride(&self, from: i64) -> Option<Ride> {
         let at = usize::try_from(from - self.first).ok()?;
         let (s, speed) = *self.ego.get(at)?;
-        let mut best: Option<Ride> = None;
-        let road = std::cell::OnceCell::new();
+        let begin = RideState {
+            step: from,
+            spot: Spot::on_path(s, speed),
+            acceleration: 0.0,
+        };
+        let ride = |states: Vec<RideState>, touch: Option<Touch>| Ride {
+            states,
+            reacts: Some(from),
+            touch,
+        };
+        if let Some(touch) = self.overlap(from, s, speed) {
+            return Some(ride(vec![begin], Some(touch)));
+        }
+        let mut contacts: Vec<(Manoeuvre, Touch)> = Vec::new();
         for manoeuvre in manoeuvres(speed) {
-            let Some(ride) = self.manoeuvre(&manoeuvre, from, s, speed, &road) else {
-                continue;
-            };
-            let Some(touch) = &ride.touch else {
-                return Some(ride);
-            };
-            let harm = |ride: &Ride| ride.touch.as_ref().map_or(0.0, |t: &Touch| t.closing_speed);
-            if best
-                .as_ref()
-                .is_none_or(|best| touch.closing_speed < harm(best))
-            {
-                best = Some(ride);
+            match self.first_touch(&manoeuvre, begin) {
+                Some(touch) => contacts.push((manoeuvre, touch)),
+                None => {
+                    let states = self.states(&manoeuvre, begin, self.last);
+                    if self.keeps_to_road(&states) {
+                        return Some(ride(states, None));
+                    }
+                }
             }
         }
-        best
+        // The road is dear: it is looked at of the slowest contacts alone.
+        contacts.sort_by(|(_, a), (_, b)| a.closing_speed.total_cmp(&b.closing_speed));
+        contacts.into_iter().find_map(|(manoeuvre, touch)| {
+            let states = self.states(&manoeuvre, begin, touch.step);
+            let (_, before) = states.split_last()?;
+            { self.keeps_to_road(before) }.then(|| ride(states, Some(touch)))
+        })
     }
 
-    /// `None` where it leaves the road.
-    fn manoeuvre(
-        &self,
-        manoeuvre: &Manoeuvre,
-        from: i64,
-        mut s: f64,
-        mut speed: f64,
-        road: &std::cell::OnceCell<Option<Area>>,
-    ) -> Option<Ride> {
-        let start = s;
-        let spot = |s: f64, speed: f64| {
-            if manoeuvre.aside == 0.0 {
-                return Spot::on_path(s, speed);
-            }
-            let t = ((s - start) / manoeuvre.over).clamp(0.0, 1.0);
-            let slope = 30.0 * t * t * (1.0 - t) * (1.0 - t) / manoeuvre.over;
-            Spot {
-                s,
-                aside: manoeuvre.aside * t * t * t * (10.0 + t * (6.0 * t - 15.0)),
-                turned: (manoeuvre.aside * slope).atan(),
-                speed,
-            }
-        };
-        let mut ride = Ride {
-            states: Vec::new(),
-            reacts: Some(from),
-            touch: None,
-        };
-        ride.touch = self.overlap(from, s, speed);
-        let mut was = spot(s, speed);
-        ride.states.push(RideState {
-            step: from,
-            spot: was,
-            acceleration: 0.0,
-        });
-        for step in from..self.last {
-            if ride.touch.is_some() {
-                break;
-            }
-            let a = manoeuvre.acceleration;
-            let left = (manoeuvre.until - speed) / self.lookout.dt;
-            let used = if a < 0.0 {
-                a.max(left).min(0.0)
-            } else {
-                a.min(left).max(0.0)
-            };
-            (s, speed) = advance(s, speed, used, self.lookout.dt);
-            let now = spot(s, speed);
-            ride.touch = self.touch(step, &was, &now);
-            if now.aside != 0.0 && ride.touch.is_none() && !self.is_on_road(&now, road) {
-                return None;
-            }
-            ride.states.push(RideState {
-                step: step + 1,
-                spot: now,
-                acceleration: used,
-            });
+    /// What a manoeuvre touches first.
+    fn first_touch(&self, manoeuvre: &Manoeuvre, begin: RideState) -> Option<Touch> {
+        let mut was = begin;
+        (begin.step..self.last).find_map(|step| {
+            let now = self.next(manoeuvre, &begin, &was);
+            let touch = self.touch(step, &was.spot, &now.spot);
             was = now;
+            touch
+        })
+    }
+
+    /// The states of a manoeuvre until a step.
+    fn states(&self, manoeuvre: &Manoeuvre, begin: RideState, until: i64) -> Vec<RideState> {
+        let next = |was: &RideState| Some(self.next(manoeuvre, &begin, was));
+        let all = std::iter::successors(Some(begin), next);
+        all.take_while(|state| state.step <= until).collect()
+    }
+
+    /// The state a step later.
+    fn next(&self, manoeuvre: &Manoeuvre, begin: &RideState, was: &RideState) -> RideState {
+        let dt = self.lookout.dt;
+        let acceleration = manoeuvre.acceleration_at(was.spot.speed, dt);
+        let (s, speed) = advance(was.spot.s, was.spot.speed, acceleration, dt);
+        RideState {
+            step: was.step + 1,
+            spot: manoeuvre.spot(begin.spot.s, s, speed),
+            acceleration,
         }
-        Some(ride)
+    }
+
+    /// Whether all of a ride that leaves the path is on the road; its end, which is farthest from the path, first.
+    fn keeps_to_road(&self, states: &[RideState]) -> bool {
+        let mut aside = { states.iter().rev() }.filter(|state| state.spot.aside != 0.0);
+        aside.all(|state| self.is_on_road(&state.spot))
     }
 
     /// Whether the ego's body is on the road there, as far as it is known and the ego itself keeps to it.
-    fn is_on_road(&self, spot: &Spot, road: &std::cell::OnceCell<Option<Area>>) -> bool {
-        let road = road.get_or_init(|| self.road());
-        let Some(road) = road else {
+    fn is_on_road(&self, spot: &Spot) -> bool {
+        let Some(road) = self.road.get_or_init(|| self.find_road()) else {
             return true;
         };
         let body = self.own_at(spot);
@@ -184,7 +200,7 @@ impl Field<'_> {
     }
 
     /// The lanelets near the path; `None` without a map, or where the ego starts off the road.
-    fn road(&self) -> Option<Area> {
+    fn find_road(&self) -> Option<Area> {
         let end = self.ego.last()?.0;
         let near = |p: &Point| {
             [0.0, end / 2.0, end]

@@ -1,10 +1,10 @@
 //! A driver's ride along the ego's path, and the first contact on it.
 
-use nearmiss_base::geometry::{Sweep, Vector};
+use nearmiss_base::geometry::{Placed, Pose, Sweep, Vector};
 use nearmiss_scene::metrics::{ContactSide, DEEP, sides};
 use nearmiss_scene::scenario::{Ego, Motion, Sample, Track, driven_way};
 
-use super::field::{Field, Other};
+use super::field::{Block, Field, Other};
 use super::model::{Driver, Now, Seen};
 
 /// What became of a driver.
@@ -97,6 +97,16 @@ enum Choice {
 /// Nobody changes speed more in ordinary driving, m/s²: the deceleration that is comfortable for most (AASHTO's Green
 /// Book), from which on braking makes a conflict.
 const ORDINARY: f64 = 3.4;
+
+impl Other<'_> {
+    /// Whether the ego on its way to a step cannot touch it, by the boxes around both.
+    fn is_apart(&self, at: usize, own: (&Block, [Pose; 2])) -> bool {
+        let place = |at: usize| self.places.get(at)?.as_ref();
+        let ends = at.checked_sub(1).and_then(place).zip(place(at));
+        let way = self.body.as_ref().zip(ends);
+        way.is_some_and(|(body, (from, to))| Block::are_apart(own, (body, [from.pose, to.pose])))
+    }
+}
 
 impl Field<'_> {
     /// The steps at which a driver can take the wheel.
@@ -242,12 +252,19 @@ impl Field<'_> {
 
     /// The first contact on the way from a step to the next.
     pub(super) fn touch(&self, step: i64, was: &Spot, now: &Spot) -> Option<Touch> {
+        let at = usize::try_from(step + 1 - self.first).ok()?;
+        let moved = (now.s - was.s).abs();
+        let near = self.near.get(at)?.iter();
+        let mut near = near.filter(|near| near.is_reached(now, moved)).peekable();
+        near.peek()?;
+        let ends = [self.own_at(was)?, self.own_at(now)?];
         let mut first: Option<(f64, Touch)> = None;
-        for other in &self.others {
-            if !self.is_near(other, step, was, now) {
+        for near in near {
+            let other = &self.others[near.other];
+            if other.is_apart(at, (&self.body, ends.map(|end| end.pose))) {
                 continue;
             }
-            let touch = self.touch_with(other, step, was, now);
+            let touch = self.touch_with(other, step, [(was, ends[0]), (now, ends[1])]);
             if let Some((share, touch)) = touch
                 && first.as_ref().is_none_or(|(earliest, _)| share < *earliest)
             {
@@ -257,36 +274,20 @@ impl Field<'_> {
         first.map(|(_, touch)| touch)
     }
 
-    /// Whether bodies can touch on the way to the step after this one.
-    fn is_near(&self, other: &Other<'_>, step: i64, was: &Spot, now: &Spot) -> bool {
-        let at = (step + 1 - self.first) as usize;
-        let Some(place) = other.places.get(at).copied().flatten() else {
-            return false;
-        };
-        let [(rear, front), (right, left)] = self.lookout.own;
-        let own = (front - rear).hypot(left - right) / 2.0 + front.abs().max(rear.abs());
-        let other_moved = place.velocity.norm() * self.lookout.dt;
-        let moved = (now.s - was.s).abs() + other_moved + MARGIN;
-        (place.along - now.s).abs() <= own + place.half_long + moved
-            && (place.aside - now.aside).abs() <= own + place.half_lat + other_moved + MARGIN
-    }
-
     fn touch_with(
         &self,
         other: &Other<'_>,
         step: i64,
-        was: &Spot,
-        now: &Spot,
+        [(was, own_from), (now, own)]: [(&Spot, Placed<'_>); 2],
     ) -> Option<(f64, Touch)> {
         let at = (step + 1 - self.first) as usize;
-        let to = other.places.get(at).copied().flatten()?;
+        let to = other.places.get(at)?.as_ref()?;
         let body = other.participant.footprint_at(step + 1).at(to.pose);
-        let own = self.own_at(now)?;
-        let earlier = at.checked_sub(1).and_then(|at| other.places[at]);
+        let earlier = at.checked_sub(1).and_then(|at| other.places[at].as_ref());
         let from = earlier.map(|from| other.participant.footprint_at(step).at(from.pose));
         let way = from.and_then(|from| driven_way(from, body, self.lookout.dt));
-        let (share, sides_at, velocity) = match (way, self.own_at(was)) {
-            (Some(way), Some(own_from)) => {
+        let (share, sides_at, velocity) = match way {
+            Some(way) => {
                 let own_way = Sweep::new(own_from, own);
                 let share = own_way.first_touch(&way)?;
                 let deep = (share + DEEP).min(1.0);
@@ -294,7 +295,7 @@ impl Field<'_> {
                 let velocity = before + (to.velocity - before) * share;
                 (share, sides(&own_way.at(deep), &way.at(deep)), velocity)
             }
-            _ => {
+            None => {
                 (own.distance(&body) <= 0.0).then_some(())?;
                 (1.0, sides(&own, &body), to.velocity)
             }
@@ -312,9 +313,6 @@ impl Field<'_> {
         Some((share, touch))
     }
 }
-
-/// Bodies farther apart than this cannot touch within a step beyond what they move, metres.
-const MARGIN: f64 = 1.0;
 
 /// Arc length and speed a step later: evenly faster or slower, to a standstill at most.
 pub(super) fn advance(s: f64, speed: f64, acceleration: f64, dt: f64) -> (f64, f64) {
