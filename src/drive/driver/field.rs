@@ -26,8 +26,9 @@ pub struct Field<'s> {
     pub(super) body: Block,
     /// Whom a ride may touch on the way to each step from the first on.
     pub(super) near: Vec<Vec<Nearby>>,
-    /// The road around the path, once it was asked for; `None` where that is not known.
-    pub(super) road: OnceLock<Option<Area>>,
+    /// The lanelets around the path, and the same with small gaps closed, once they were asked for; `None` where the road is
+    /// not known.
+    pub(super) road: [OnceLock<Option<Area>>; 2],
 }
 
 /// Another road user that a ride may touch on the way to a step.
@@ -41,6 +42,8 @@ pub(super) struct Nearby {
     /// Between its middle and the ego's along the path and across, beside what the ego moves, at most, metres.
     long: f64,
     lat: f64,
+    /// Its body on the way there, if that is the same all along and was there before.
+    pub body: Option<MovingBlock>,
 }
 
 impl Nearby {
@@ -140,7 +143,7 @@ impl<'s> Field<'s> {
             others: Vec::new(),
             body: Block::around(&scene.ego.footprint),
             near: Vec::new(),
-            road: OnceLock::new(),
+            road: Default::default(),
         };
         field.others = field.look_around();
         field.near = field.find_near();
@@ -194,21 +197,25 @@ impl<'s> Field<'s> {
     fn find_near(&self) -> Vec<Vec<Nearby>> {
         let [(rear, front), (right, left)] = self.lookout.own;
         let own = (front - rear).hypot(left - right) / 2.0 + front.abs().max(rear.abs());
-        let nearby = |other: usize, place: &Place| {
+        let nearby = |i: usize, at: usize| {
+            let other = &self.others[i];
+            let place = other.places[at].as_ref()?;
             let around = own + place.velocity.norm() * self.lookout.dt + MARGIN;
-            Nearby {
-                other,
+            let lat = around + place.half_lat;
+            let before = at.checked_sub(1).and_then(|at| other.places[at].as_ref());
+            { place.aside.abs() <= lat + FARTHEST }.then(|| Nearby {
+                other: i,
                 along: place.along,
                 aside: place.aside,
                 long: around + place.half_long,
-                lat: around + place.half_lat,
-            }
+                lat,
+                body: { other.body.as_ref().zip(before) }
+                    .map(|(body, before)| body.between(&before.pose, &place.pose)),
+            })
         };
-        let at = |at: usize| -> Vec<Nearby> {
-            let there = self.others.iter().enumerate();
-            let there = there.filter_map(|(i, other)| Some(nearby(i, other.places[at].as_ref()?)));
-            { there }
-                .filter(|near| near.aside.abs() <= near.lat + FARTHEST)
+        let at = |at: usize| {
+            { 0..self.others.len() }
+                .filter_map(|i| nearby(i, at))
                 .collect()
         };
         (0..=(self.last - self.first) as usize).map(at).collect()
@@ -264,13 +271,31 @@ impl<'s> Field<'s> {
     }
 }
 
-/// The box around a body in its own frame: rear and front, right and left, metres.
+/// The box around a body in its own frame, metres.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
+    /// From the place of the body along its heading and to the left.
     middle: Vector,
     half: Vector,
     /// Of its farthest point from the place of the body.
     reach: f64,
+}
+
+/// A box on its way from one pose to another.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MovingBlock {
+    ends: [End; 2],
+    half: Vector,
+    /// How far its points are off straight lines at most, metres.
+    bent: f64,
+    reach: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct End {
+    place: Point,
+    middle: Point,
+    axes: [Vector; 2],
 }
 
 impl Block {
@@ -284,32 +309,64 @@ impl Block {
         }
     }
 
-    /// Whether boxes on their ways from one pose to another stay apart for sure: one line separates them at both ends, by
-    /// more than their turning takes.
-    pub fn are_apart(one: (&Self, [Pose; 2]), other: (&Self, [Pose; 2])) -> bool {
-        let turning = |(block, [from, to]): &(&Self, [Pose; 2])| {
-            angle_between(from.heading, to.heading).abs() * block.reach
+    /// How far a point of it is from the place of the body at most, metres.
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// The same on its way.
+    pub fn between(&self, from: &Pose, to: &Pose) -> MovingBlock {
+        let ends = [from, to].map(|pose| {
+            let (sin, cos) = pose.heading.sin_cos();
+            let axes = [Vector::new(cos, sin), Vector::new(-sin, cos)];
+            End {
+                place: pose.position,
+                middle: pose.position + axes[0] * self.middle.x + axes[1] * self.middle.y,
+                axes,
+            }
+        });
+        MovingBlock {
+            ends,
+            half: self.half,
+            bent: angle_between(from.heading, to.heading).abs() * self.reach,
+            reach: self.reach,
+        }
+    }
+}
+
+impl MovingBlock {
+    /// Whether two stay apart for sure: discs around both never meet, or one line separates them at both ends, by more than
+    /// their turning takes.
+    pub fn is_apart(&self, other: &Self) -> bool {
+        let between = [0, 1].map(|end| other.ends[end].place - self.ends[end].place);
+        let moved = between[1] - between[0];
+        let length = moved.norm_squared();
+        let share = match length > 0.0 {
+            true => (-between[0].dot(&moved) / length).clamp(0.0, 1.0),
+            false => 0.0,
         };
-        let least = turning(&one) + turning(&other) + LEAST;
-        let ends = [0, 1].map(|end| [one, other].map(|(block, ways)| block.at(&ways[end])));
-        let axes = ends[1].iter().flat_map(|(_, sides)| *sides);
-        { axes }.map(|side| side.normalize()).any(|axis| {
-            let gaps = ends.map(|[(a, sides), (b, others)]| {
-                let reach: f64 = { sides.iter().chain(&others) }
-                    .map(|side| side.dot(&axis).abs())
-                    .sum();
-                let between = (b - a).dot(&axis);
-                (between.signum(), between.abs() - reach)
-            });
-            gaps[0].0 == gaps[1].0 && gaps.iter().all(|(_, gap)| *gap > least)
+        let reach = self.reach + other.reach + LEAST;
+        if (between[0] + moved * share).norm_squared() > reach * reach {
+            return true;
+        }
+        let least = self.bent + other.bent + LEAST;
+        let middles = [0, 1].map(|end| other.ends[end].middle - self.ends[end].middle);
+        let axes = self.ends[1].axes.iter().chain(&other.ends[1].axes);
+        { axes }.any(|axis| {
+            let gap = |end: usize| {
+                let between = middles[end].dot(axis);
+                let reach = self.along(end, axis) + other.along(end, axis);
+                (between > 0.0, between.abs() - reach)
+            };
+            let (from, to) = (gap(0), gap(1));
+            from.0 == to.0 && from.1 > least && to.1 > least
         })
     }
 
-    /// Its middle at a pose, and half of its length and width as vectors.
-    fn at(&self, pose: &Pose) -> (Point, [Vector; 2]) {
-        let (forward, left) = (pose.forward(), pose.left());
-        let middle = pose.position + forward * self.middle.x + left * self.middle.y;
-        (middle, [forward * self.half.x, left * self.half.y])
+    /// How far it reaches from its middle along an axis.
+    fn along(&self, end: usize, axis: &Vector) -> f64 {
+        let [forward, left] = self.ends[end].axes;
+        self.half.x * forward.dot(axis).abs() + self.half.y * left.dot(axis).abs()
     }
 }
 

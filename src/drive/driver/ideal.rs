@@ -133,10 +133,10 @@ impl Field<'_> {
         if let Some(touch) = self.overlap(from, s, speed) {
             return Some(ride(vec![begin], Some(touch)));
         }
-        let mut contacts: Vec<(Manoeuvre, Touch)> = Vec::new();
+        let mut contacts: Vec<(Manoeuvre, i64, f64)> = Vec::new();
         for manoeuvre in manoeuvres(speed) {
-            match self.first_touch(&manoeuvre, begin) {
-                Some(touch) => contacts.push((manoeuvre, touch)),
+            match self.first_contact(&manoeuvre, begin) {
+                Some((step, least)) => contacts.push((manoeuvre, step, least)),
                 None => {
                     let states = self.states(&manoeuvre, begin, self.last);
                     if self.keeps_to_road(&states) {
@@ -145,23 +145,45 @@ impl Field<'_> {
                 }
             }
         }
-        // The road is dear: it is looked at of the slowest contacts alone.
-        contacts.sort_by(|(_, a), (_, b)| a.closing_speed.total_cmp(&b.closing_speed));
-        contacts.into_iter().find_map(|(manoeuvre, touch)| {
-            let states = self.states(&manoeuvre, begin, touch.step);
-            let (_, before) = states.split_last()?;
-            { self.keeps_to_road(before) }.then(|| ride(states, Some(touch)))
-        })
+        // The way of a contact and the road are dear: they are looked at of those alone that may be the slowest.
+        let mut best: Option<(usize, Ride, f64)> = None;
+        let mut order: Vec<usize> = (0..contacts.len()).collect();
+        order.sort_by(|a, b| contacts[*a].2.total_cmp(&contacts[*b].2));
+        for place in order {
+            let (manoeuvre, step, least) = &contacts[place];
+            if best
+                .as_ref()
+                .is_some_and(|(_, _, slowest)| *least > slowest + ROUNDING)
+            {
+                break;
+            }
+            let states = self.states(manoeuvre, begin, *step);
+            let [before @ .., was, now] = &states[..] else {
+                continue;
+            };
+            let Some(touch) = self.touch(was.step, &was.spot, &now.spot) else {
+                continue;
+            };
+            // Of equals the first one.
+            let is_better = best.as_ref().is_none_or(|(known, _, slowest)| {
+                (touch.closing_speed, place) < (*slowest, *known)
+            });
+            let speed = touch.closing_speed;
+            if is_better && self.keeps_to_road(before) && self.keeps_to_road(&[*was]) {
+                best = Some((place, ride(states, Some(touch)), speed));
+            }
+        }
+        best.map(|(_, ride, _)| ride)
     }
 
-    /// What a manoeuvre touches first.
-    fn first_touch(&self, manoeuvre: &Manoeuvre, begin: RideState) -> Option<Touch> {
+    /// The first step after which a manoeuvre has touched someone, and its least closing speed then (m/s).
+    fn first_contact(&self, manoeuvre: &Manoeuvre, begin: RideState) -> Option<(i64, f64)> {
         let mut was = begin;
         (begin.step..self.last).find_map(|step| {
             let now = self.next(manoeuvre, &begin, &was);
-            let touch = self.touch(step, &was.spot, &now.spot);
+            let least = self.least_closing_speed(step, &was.spot, &now.spot);
             was = now;
-            touch
+            Some((step + 1, least?))
         })
     }
 
@@ -192,39 +214,60 @@ impl Field<'_> {
 
     /// Whether the ego's body is on the road there, as far as it is known and the ego itself keeps to it.
     fn is_on_road(&self, spot: &Spot) -> bool {
-        let Some(road) = self.road.get_or_init(|| self.find_road()) else {
-            return true;
+        let Some(body) = self.own_at(spot) else {
+            return false;
         };
-        let body = self.own_at(spot);
-        body.is_some_and(|body| road.covers(&body))
+        let [lanelets, road] = &self.road;
+        let lanelets = lanelets.get_or_init(|| self.find_road(0.0));
+        // Gaps are dear to close.
+        lanelets.as_ref().is_some_and(|area| area.covers(&body)) || {
+            road.get_or_init(|| self.find_road(GAP))
+        }
+        .as_ref()
+        .is_none_or(|area| area.covers(&body))
     }
 
-    /// The lanelets near the path; `None` without a map, or where the ego starts off the road.
-    fn find_road(&self) -> Option<Area> {
+    /// The lanelets near the path, with gaps (m) between them closed; `None` without a map, or where the ego starts off the
+    /// road.
+    fn find_road(&self, gap: f64) -> Option<Area> {
         let end = self.ego.last()?.0;
-        let near = |p: &Point| {
-            [0.0, end / 2.0, end]
-                .iter()
-                .filter_map(|s| self.lookout.path.at(*s))
-                .any(|pose| (pose.position - p).norm() <= end / 2.0 + NEAR)
+        let at = |s: f64| Some(self.lookout.path.at(s)?.position);
+        let around = [0.0, end / 2.0, end].map(at);
+        let far = end / 2.0 + NEAR;
+        let near = |p: &Point| around.iter().flatten().any(|at| (at - p).norm() <= far);
+        // Of what lies farther beside the path no body is.
+        let beside = FARTHEST + self.body.reach() + STRIDE;
+        let strides = (0..=((end + far) / STRIDE) as usize).filter_map(|n| at(n as f64 * STRIDE));
+        let strides: Vec<Point> = strides.collect();
+        let is_beside = |ring: &[Point]| {
+            let first = ring.first().copied().unwrap_or_default();
+            let low = ring.iter().fold(first, |low, p| low.inf(p));
+            let high = ring.iter().fold(first, |high, p| high.sup(p));
+            let apart = |p: &Point| (p - p.sup(&low).inf(&high)).norm();
+            strides.iter().any(|p| apart(p) <= beside)
         };
-        let lanelets = self
-            .scene
-            .scenario
-            .network
-            .lanelets
-            .iter()
-            .map(|l| l.ring());
-        let rings: Vec<_> = lanelets.filter(|ring| ring.iter().any(near)).collect();
-        let area = Area::union(rings.iter().map(Vec::as_slice), GAP);
+        let lanelets = self.scene.scenario.network.lanelets.iter();
+        let rings = lanelets.map(|lanelet| lanelet.ring());
+        let rings: Vec<_> = rings
+            .filter(|ring| ring.iter().any(near) && is_beside(ring))
+            .collect();
+        let area = Area::union(rings.iter().map(Vec::as_slice), gap);
         let starts_on = area.covers(&self.own_at(&Spot::on_path(self.ego[0].0, 0.0))?);
         starts_on.then_some(area)
     }
 }
 
-/// Lanelets are looked at within this of the path, metres; gaps between them up to that are road.
+/// Lanelets are looked at within this of the path, metres.
 const NEAR: f64 = 40.0;
+
+/// The path is looked along in steps of this, metres.
+const STRIDE: f64 = 5.0;
+
+/// Gaps between lanelets up to this are road, metres.
 const GAP: f64 = 0.1;
+
+/// Closing speeds that differ by less are worked out, m/s.
+const ROUNDING: f64 = 1e-9;
 
 /// Straight on first, and to the sides then.
 fn manoeuvres(speed: f64) -> impl Iterator<Item = Manoeuvre> {

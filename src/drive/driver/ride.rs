@@ -1,10 +1,10 @@
 //! A driver's ride along the ego's path, and the first contact on it.
 
-use nearmiss_base::geometry::{Placed, Pose, Sweep, Vector};
+use nearmiss_base::geometry::{Placed, Sweep, Vector};
 use nearmiss_scene::metrics::{ContactSide, DEEP, sides};
 use nearmiss_scene::scenario::{Ego, Motion, Sample, Track, driven_way};
 
-use super::field::{Block, Field, Other};
+use super::field::{Field, Other};
 use super::model::{Driver, Now, Seen};
 
 /// What became of a driver.
@@ -97,16 +97,6 @@ enum Choice {
 /// Nobody changes speed more in ordinary driving, m/s²: the deceleration that is comfortable for most (AASHTO's Green
 /// Book), from which on braking makes a conflict.
 const ORDINARY: f64 = 3.4;
-
-impl Other<'_> {
-    /// Whether the ego on its way to a step cannot touch it, by the boxes around both.
-    fn is_apart(&self, at: usize, own: (&Block, [Pose; 2])) -> bool {
-        let place = |at: usize| self.places.get(at)?.as_ref();
-        let ends = at.checked_sub(1).and_then(place).zip(place(at));
-        let way = self.body.as_ref().zip(ends);
-        way.is_some_and(|(body, (from, to))| Block::are_apart(own, (body, [from.pose, to.pose])))
-    }
-}
 
 impl Field<'_> {
     /// The steps at which a driver can take the wheel.
@@ -252,26 +242,69 @@ impl Field<'_> {
 
     /// The first contact on the way from a step to the next.
     pub(super) fn touch(&self, step: i64, was: &Spot, now: &Spot) -> Option<Touch> {
-        let at = usize::try_from(step + 1 - self.first).ok()?;
-        let moved = (now.s - was.s).abs();
-        let near = self.near.get(at)?.iter();
-        let mut near = near.filter(|near| near.is_reached(now, moved)).peekable();
-        near.peek()?;
-        let ends = [self.own_at(was)?, self.own_at(now)?];
         let mut first: Option<(f64, Touch)> = None;
-        for near in near {
-            let other = &self.others[near.other];
-            if other.is_apart(at, (&self.body, ends.map(|end| end.pose))) {
-                continue;
-            }
+        self.each_near(step, [was, now], |other, ends| {
             let touch = self.touch_with(other, step, [(was, ends[0]), (now, ends[1])]);
             if let Some((share, touch)) = touch
                 && first.as_ref().is_none_or(|(earliest, _)| share < *earliest)
             {
                 first = Some((share, touch));
             }
-        }
+        });
         first.map(|(_, touch)| touch)
+    }
+
+    /// Whether there is a contact on the way from a step to the next, and the least closing speed (m/s) that it may have.
+    pub(super) fn least_closing_speed(&self, step: i64, was: &Spot, now: &Spot) -> Option<f64> {
+        let at = usize::try_from(step + 1 - self.first).ok()?;
+        let (mut least, mut touches) = (f64::INFINITY, false);
+        self.each_near(step, [was, now], |other, ends| {
+            let Some(to) = other.places[at].as_ref() else {
+                return;
+            };
+            let body = other.participant.footprint_at(step + 1).at(to.pose);
+            // Who is in it at the end touched it on the way.
+            touches = touches || ends[1].overlap(&body) > INSIDE || {
+                self.touch_with(other, step, [(was, ends[0]), (now, ends[1])])
+            }
+            .is_some();
+            let before = at.checked_sub(1).and_then(|at| other.places[at].as_ref());
+            let velocity = before.map_or(to.velocity, |before| before.velocity);
+            let forward = ends[1].pose.forward();
+            let apart = forward * was.own_speed() - velocity;
+            let change = forward * now.own_speed() - to.velocity - apart;
+            let share = match change.norm_squared() {
+                0.0 => 0.0,
+                length => (-apart.dot(&change) / length).clamp(0.0, 1.0),
+            };
+            least = least.min((apart + change * share).norm());
+        });
+        touches.then_some(least)
+    }
+
+    /// Everyone whom the ego may touch on the way from a step to the next, with its body at both.
+    fn each_near<'f>(
+        &'f self,
+        step: i64,
+        [was, now]: [&Spot; 2],
+        mut work: impl FnMut(&'f Other<'f>, [Placed<'f>; 2]),
+    ) {
+        let near = usize::try_from(step + 1 - self.first).ok();
+        let near = near.and_then(|at| self.near.get(at)).into_iter().flatten();
+        let moved = (now.s - was.s).abs();
+        let mut near = near.filter(|near| near.is_reached(now, moved)).peekable();
+        if near.peek().is_none() {
+            return;
+        }
+        let (Some(from), Some(to)) = (self.own_at(was), self.own_at(now)) else {
+            return;
+        };
+        let own = self.body.between(&from.pose, &to.pose);
+        for near in near {
+            if !near.body.as_ref().is_some_and(|body| own.is_apart(body)) {
+                work(&self.others[near.other], [from, to]);
+            }
+        }
     }
 
     fn touch_with(
@@ -313,6 +346,9 @@ impl Field<'_> {
         Some((share, touch))
     }
 }
+
+/// Bodies that are deeper in each other overlap for sure, metres.
+const INSIDE: f64 = 1e-6;
 
 /// Arc length and speed a step later: evenly faster or slower, to a standstill at most.
 pub(super) fn advance(s: f64, speed: f64, acceleration: f64, dt: f64) -> (f64, f64) {
