@@ -3,19 +3,6 @@
 
 use std::path::{Path, PathBuf};
 
-use nearmiss_drive::driver::family::Family;
-use nearmiss_drive::driver::{DRIVERS, VerdictRecord};
-use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_record::{Cell, Column, Kind, Row, text_table};
-use nearmiss_render::Format as PictureFormat;
-use nearmiss_scene::metrics::{SEVERITY_NAMES, Thresholds};
-use nearmiss_scene::scenario::Scene;
-use nearmiss_workflow::tables::{
-    Encounter, FamilyResults, RowFile, encounter_rows, encounter_table, encounters,
-};
-use schemars::JsonSchema;
-use serde::Serialize;
-
 use super::corpus::save_picture;
 use super::ending::interrupted;
 use super::files::{Inputs, Labels};
@@ -23,6 +10,16 @@ use super::many_files::{Failed, Job, NEXT, ShardOption};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_in_use};
 use super::output::{self, OutputFile, PageFormat};
 use super::{Failure, Outcome, json};
+use nearmiss_drive::driver::family::Family;
+use nearmiss_drive::driver::{DRIVERS, DriverRecord, VerdictRecord};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_record::{Cell, Column, Kind, Row, text_table};
+use nearmiss_render::Format as PictureFormat;
+use nearmiss_scene::metrics::{SEVERITY_NAMES, Thresholds};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_workflow::tables::{
+    Encounter, FamilyResults, RowFile, encounter_rows, encounter_table, encounters, left_out,
+};
 
 /// Arguments of `drivers`.
 #[derive(Debug, clap::Args)]
@@ -130,15 +127,11 @@ type Judged = (Vec<String>, std::sync::Arc<Scene>, Vec<Encounter>);
 
 fn judged(entry: &Entry, ego: &EgoSelection, thresholds: &Thresholds) -> Result<Judged, Failure> {
     let (scene, mut said) = scene_and_doubts(entry, ego)?;
-    let (found, early) = encounters(&scene, thresholds);
-    if early > 0 {
-        said.push(format!(
-            "nearmiss: {}: no driver is judged in {} that {} with the recording",
-            output::visible(&entry.display()),
-            output::counted(early, "encounter"),
-            if early == 1 { "begins" } else { "begin" }
-        ));
-    }
+    let (found, early) = encounters(entry, &scene, thresholds);
+    said.extend(left_out(early).map(|words| {
+        let name = output::visible(&entry.display());
+        format!("nearmiss: {name}: {words}")
+    }));
     Ok((said, scene, found))
 }
 
@@ -199,34 +192,7 @@ fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
     fixed.into_iter().chain(drivers).collect()
 }
 
-/// A driver for programs.
-#[derive(Serialize, JsonSchema)]
-pub struct DriverDocument {
-    /// Its id.
-    driver: &'static str,
-    /// Its name.
-    name: &'static str,
-    /// When it reacts, and what it does.
-    formula: &'static str,
-    /// The numbers in the formula.
-    parameters: Vec<ParameterDocument>,
-    /// Where it is published.
-    source: &'static str,
-    /// What it leaves out.
-    limits: &'static str,
-    /// Kinds of encounters that it is not made for.
-    not_made_for: Vec<&'static str>,
-}
-
-#[derive(Serialize, JsonSchema)]
-struct ParameterDocument {
-    symbol: &'static str,
-    value: f64,
-    unit: &'static str,
-    meaning: &'static str,
-}
-
-impl json::Output for DriverDocument {
+impl json::Output for DriverRecord {
     const NAME: &'static str = "drivers";
     const TITLE: &'static str = "`drivers --format json` without paths: one driver a line";
 }
@@ -237,24 +203,8 @@ fn list(arguments: &Drivers, format: PageFormat) -> Outcome {
     let text = match format {
         PageFormat::Table => page(),
         PageFormat::Json => {
-            let lines = DRIVERS.iter().map(|driver| {
-                output::document_line(&DriverDocument {
-                    driver: driver.id,
-                    name: driver.name,
-                    formula: driver.formula,
-                    parameters: { driver.parameters.iter() }
-                        .map(|p| ParameterDocument {
-                            symbol: p.symbol,
-                            value: p.value,
-                            unit: p.unit,
-                            meaning: p.what,
-                        })
-                        .collect(),
-                    source: driver.source,
-                    limits: driver.limits,
-                    not_made_for: driver.not_made_for.iter().map(|kind| kind.name()).collect(),
-                })
-            });
+            let lines =
+                { DRIVERS.iter() }.map(|driver| output::document_line(&DriverRecord::from(driver)));
             lines.collect::<Result<String, Failure>>()?
         }
         _ => {

@@ -5,16 +5,17 @@ use std::path::{Path, PathBuf};
 use nearmiss_ask::llm::Message;
 use nearmiss_ask::prompts::{Library, Problem, Techniques, estimate_tokens};
 use nearmiss_base::system;
+use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_formats::Entry;
 use nearmiss_render::svg;
 use nearmiss_scene::description::{self, Frame};
 use nearmiss_scene::metrics::Context;
-use nearmiss_scene::story::{Sentence, Story};
+use nearmiss_scene::story::Sentence;
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::{AttackTerms, Question, ScenePicture, validate};
-use nearmiss_workflow::{QuestionRequest, described, question};
+use nearmiss_workflow::{QuestionRequest, ToldStory, described, question};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -168,7 +169,8 @@ pub struct Describe {
     /// cartesian+picture, metrics+picture or trajectory+picture for a picture from above, alone or with words.
     #[arg(long, default_value = "ego")]
     frame: Frame,
-    /// What happened instead: the moment that matters in at most four sentences, with times and numbers.
+    /// What happened instead: the moment that matters in at most four sentences, with times and numbers,
+    /// and who would have avoided it.
     #[arg(long, conflicts_with_all = ["frame", "set", "at", "history", "obstacle"])]
     story: bool,
     #[command(flatten)]
@@ -235,11 +237,14 @@ pub struct StoryDocument {
     /// Where the motion of the ego is from.
     ego_source: String,
     obstacle: i64,
-    /// All sentences.
+    /// All sentences, the last one about drivers.
     text: String,
     /// At most four: the text of each, and its facts with numbers (seconds, metres, m/s, m/s², degrees).
     #[schemars(with = "Vec<serde_json::Value>")]
     sentences: Vec<Sentence>,
+    /// Which drivers would have avoided the contact, conflict or near miss; null without one, and where it begins with the
+    /// recording.
+    preventability: Option<PreventabilityRecord>,
 }
 
 impl json::Output for StoryDocument {
@@ -333,21 +338,24 @@ enum Written {
 impl Describe {
     /// Tells what happened.
     fn tell(&self, entry: &Entry, context: &Context<'_>, named: bool) -> Outcome {
-        let story = Story::new(context).ok_or_else(|| {
+        let told = ToldStory::new(entry, context).ok_or_else(|| {
             Failure::input(format!(
                 "{}: nothing to tell: no other road user is there with the ego",
                 entry.display()
             ))
         })?;
         let text = if self.format.is_json() {
+            let text = told.sentences().join(" ");
+            let story = told.story;
             output::document_line(&StoryDocument {
                 scenario: entry.name.clone(),
                 file: entry.display(),
                 ego: story.ego,
                 ego_source: context.scene().ego.source.short(),
                 obstacle: story.obstacle,
-                text: story.text(),
+                text,
                 sentences: story.sentences,
+                preventability: told.drivers,
             })?
         } else {
             let name = if named {
@@ -355,11 +363,8 @@ impl Describe {
             } else {
                 String::new()
             };
-            let lines = story
-                .sentences
-                .iter()
-                .map(|sentence| format!("{}\n", sentence.text));
-            output::visible(&(name + &lines.collect::<String>()))
+            let lines = told.sentences().join("\n");
+            output::visible(&format!("{name}{lines}\n"))
         };
         match output::file_of(self.output.as_deref()) {
             None => output::text(&text),

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, Once, PoisonError};
 
+use nearmiss_drive::driver::{DRIVERS, DriverRecord};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{
     EgoSelection, Entry, TableOptions, bundled, check_table, reading_tables_with, resolved,
 };
 use nearmiss_record::{Clock, Row, columns, row_of};
-use nearmiss_workflow::tables::{index_table, meanings};
+use nearmiss_workflow::tables::{encounter_table, index_table, left_out, meanings};
 use nearmiss_workflow::{
     OpenRequest, OpenedScene, Overview, ScenarioRow, SimulatedEgo, StandIn, find,
     open as open_entry, read_as_said,
@@ -24,6 +25,7 @@ use crate::errors::{Problem, in_python};
 use crate::scenario::{Scenario, index_options, measures_of};
 use crate::settings::{User, named_measures};
 use crate::table::Table;
+use crate::window::json;
 use crate::work;
 
 /// What holds for all files of a call.
@@ -317,6 +319,29 @@ pub fn windows(
         scenario.index(&options)
     })?;
     Ok(Table::joined(parts, schema))
+}
+
+/// Encounters of all scenarios at the paths in one table, worked out on all processors: see `Scenario.encounters`.
+#[pyfunction]
+#[pyo3(name = "encounters")]
+pub fn encounters_of(py: Python<'_>, paths: Paths) -> PyResult<Table> {
+    let reader = Reader::new(None, None, None, None)?;
+    let entries = found(py, &reader, paths)?;
+    let schema = encounter_table().arrow_schema(Clock::Durations);
+    let parts = of_each(py, reader, entries, Scenario::judged)?;
+    if let Some(words) = left_out(parts.iter().map(|(_, early)| early).sum()) {
+        warn(py, &words)?;
+    }
+    let parts = parts.into_iter().map(|(table, _)| table);
+    Ok(Table::joined(parts.collect(), schema))
+}
+
+/// The models of drivers: a dict each, with id, name, formula, parameters, source and limits, as `nearmiss drivers --format
+/// json` has them.
+#[pyfunction]
+pub fn drivers(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    let all: Vec<DriverRecord> = DRIVERS.iter().map(DriverRecord::from).collect();
+    json(py, &all)
 }
 
 /// A scenario of tracks in memory: a row a road user and moment, with columns time, id, x and y at least.

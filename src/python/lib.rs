@@ -31,8 +31,8 @@ mod _nearmiss {
     use super::errors::Error;
     #[pymodule_export]
     use super::files::{
-        from_tracks, index_batch, inspect, measure_batch, measures, of_bytes, open, scenarios,
-        windows,
+        drivers, encounters_of, from_tracks, index_batch, inspect, measure_batch, measures,
+        of_bytes, open, scenarios, windows,
     };
     #[pymodule_export]
     use super::plan::{Drive, plan};

@@ -8,19 +8,18 @@ use nearmiss_render::{Figure as Drawing, FigureContent, FigureOptions, Format, S
 use nearmiss_scene::corpus::IndexOptions;
 use nearmiss_scene::metrics::{Context, Measure, Thresholds, measure};
 use nearmiss_scene::scenario::{Scenario as Recorded, Scene};
-use nearmiss_scene::story::Story;
 use nearmiss_workflow::span::worst_step;
 use nearmiss_workflow::tables::{
-    RowFile, default_index_options, exact_columns, exact_rows, in_order, index_table, lane_table,
-    measure_table, window_rows,
+    RowFile, default_index_options, encounter_rows, encounter_table, encounters, exact_columns,
+    exact_rows, in_order, index_table, lane_table, left_out, measure_table, window_rows,
 };
-use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, SimulatedEgo, Verdicts};
+use nearmiss_workflow::{MissingEgo, OpenedScene, Overview, SimulatedEgo, ToldStory, Verdicts};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arguments::{Moment, Names, positive};
 use crate::errors::Problem;
-use crate::files::OwnFolder;
+use crate::files::{OwnFolder, warn};
 use crate::settings::{User, named_measures};
 use crate::table::Table;
 use crate::window::{Asked, Named, Window, description, json};
@@ -208,6 +207,18 @@ impl Scenario {
         Ok(work::run(py, move |_| own.index(&options))??)
     }
 
+    /// Contacts, conflicts and near misses of the ego, and which drivers would have avoided each, until when: a row an
+    /// encounter, as `nearmiss drivers` has them. `nearmiss.drivers` lists the drivers. Those that begin with the recording
+    /// are a warning.
+    fn encounters(&self, py: Python<'_>) -> PyResult<Table> {
+        let own = self.clone();
+        let (table, early) = work::run(py, move |_| own.judged())??;
+        if let Some(words) = left_out(early) {
+            warn(py, &format!("{}: {words}", self.entry.display()))?;
+        }
+        Ok(table)
+    }
+
     /// The moment that matters, as a dict: `severity` from 0 (contact) to 5 (none), `moment` in seconds, `step`, `obstacle` and
     /// `what` in words. `ttc` and `distance` are the lowest of the whole recording with anyone. The other keys are those of
     /// `nearmiss.inspect`, whose `columns` explain them.
@@ -218,14 +229,16 @@ impl Scenario {
         json(py, &row)
     }
 
-    /// What happened, in at most four sentences.
+    /// What happened, in at most four sentences, and which drivers would have avoided it, in one.
     fn story(&self, py: Python<'_>) -> PyResult<String> {
         let scene = Arc::clone(self.scene()?);
-        let (name, thresholds) = (self.entry.display(), Arc::clone(&self.thresholds));
+        let (entry, thresholds) = (self.entry.clone(), Arc::clone(&self.thresholds));
         let told = work::run(py, move |_| {
-            Story::new(&Context::under(&scene, &thresholds)).map(|story| story.text())
+            let told = ToldStory::new(&entry, &Context::under(&scene, &thresholds));
+            told.map(|told| told.sentences().join(" "))
         })?;
         Ok(told.ok_or_else(|| {
+            let name = self.entry.display();
             Problem::new(format!(
                 "{name}: nothing to tell: no other road user is there with the ego"
             ))
@@ -335,12 +348,8 @@ impl Scenario {
                     .into_iter()
                     .filter_map(measure)
                     .collect();
-                let story = Story::new(&Context::under(scene, &own.thresholds));
-                told = story
-                    .into_iter()
-                    .flat_map(|s| s.sentences)
-                    .map(|s| s.text)
-                    .collect();
+                let story = ToldStory::new(&own.entry, &Context::under(scene, &own.thresholds));
+                told = story.map_or_else(Vec::new, |story| story.sentences());
             }
             let figure = own.drawing(look)?;
             Ok::<_, Problem>(figure.page(figure.telling_step(), &user.dark()?, &told))
@@ -378,6 +387,18 @@ impl Scenario {
         let context = Context::under(scene, &self.thresholds);
         let file = RowFile::new(&self.entry, scene);
         Table::new(table, exact_rows(&file, &context, radius, measures))
+    }
+
+    /// Its encounters, and how many more no driver is judged in.
+    ///
+    /// # Errors
+    /// There is no ego.
+    pub fn judged(&self) -> Result<(Table, usize), Problem> {
+        let scene = self.scene()?;
+        let (found, early) = encounters(&self.entry, scene, &self.thresholds);
+        let file = RowFile::new(&self.entry, scene);
+        let rows = encounter_rows(&file, scene, &found);
+        Ok((Table::new(&encounter_table(), rows)?, early))
     }
 
     /// Its windows.

@@ -26,6 +26,7 @@
 //! - [`tune`]: better templates from wrong answers of a dev split
 //! - [`annex`]: planners held to a requirement, beside drivers and baselines
 //! - [`convert`]: a scenario in another format
+//! - [`ToldStory`]: what happened, and who would have avoided it
 //! - [`tables`]: measures, lanes and windows, a row each
 //! - [`journal`]: what a job over many files has finished, so that a run that was killed continues
 //!
@@ -58,6 +59,7 @@ mod scenario_filter;
 mod simulator_export;
 pub mod span;
 mod stand_in;
+mod story;
 pub mod tables;
 mod truth;
 pub mod tune;
@@ -112,6 +114,7 @@ pub use scenario_filter::{
 };
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator, scene_to_export};
 pub use stand_in::StandIn;
+pub use story::ToldStory;
 pub use truth::{BatchLabels, StoredQuestion, TruthChoice, TruthSearch, asked_as, batch_labels};
 
 #[cfg(test)]

@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss_base::system;
+use nearmiss_drive::driver::{PreventabilityRecord, VerdictRecord};
 use nearmiss_drive::generation::{AttackStyle, Manifest, PlannerIdentity};
 use nearmiss_drive::planner::{self, Cancel, Forecast};
 use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::{EgoSelection, Entry, EntryLocation, bundled};
 use nearmiss_scene::description::visible;
-use nearmiss_scene::scenario::{ContentHash, Scenario, VehicleType};
+use nearmiss_scene::scenario::{ContentHash, Scenario, Scene, VehicleType};
 use serde::Deserialize;
 
-use super::{OpenRequest, PlanRequest, StandIn, prepare};
+use super::{OpenRequest, PlanRequest, StandIn, open, prepare};
 
 /// A saved variant: where it lies, and the manifest beside it.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +23,9 @@ pub struct VariantOrigin {
     /// The variant's file.
     variant: PathBuf,
 }
+
+/// Places of the same drive in two files differ by no more, metres.
+const WRITTEN: f64 = 1e-3;
 
 impl VariantOrigin {
     /// Reads what lies beside a scenario under its name; `None` where that is no manifest of this scenario, or one that
@@ -116,6 +120,27 @@ impl VariantOrigin {
         all.find(|(seconds, _)| delay.is_none_or(|delay| delay == *seconds))
     }
 
+    /// Whether a certificate holds for the ego of a scene of the variant: an ideal driver survives who drives like it until
+    /// attackers move otherwise.
+    #[must_use]
+    pub fn certifies(&self, entry: &Entry, scene: &Scene) -> bool {
+        let Some((_, path)) = self.certificate(None) else {
+            return false;
+        };
+        let from_file = EgoSelection::File {
+            path,
+            planning_problem: None,
+        };
+        let Ok(Some(survivor)) = from_file.resolve(entry, &scene.scenario) else {
+            return false;
+        };
+        let step = self.from().max(scene.steps().start);
+        let both = survivor.track.at(step).zip(scene.ego.track.at(step));
+        both.is_some_and(|(survivor, ego)| {
+            (survivor.pose.position - ego.pose.position).norm() <= WRITTEN
+        })
+    }
+
     /// The ids of the obstacles with a new motion.
     #[must_use]
     pub fn ids(&self) -> Vec<i64> {
@@ -196,7 +221,7 @@ impl VariantOrigin {
 }
 
 /// What was verified of a variant.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct VariantProofs {
     /// Files whose SHA-256 the manifest names.
     pub files: usize,
@@ -204,6 +229,9 @@ pub struct VariantProofs {
     pub changed: Vec<String>,
     /// The certificates, the shortest reaction time first.
     pub certificates: Vec<VerifiedCertificate>,
+    /// Which drivers avoid its contact or near miss, looked at anew, or why that is not what the manifest says; `None` where
+    /// it says nothing.
+    pub drivers: Option<Result<PreventabilityRecord, String>>,
 }
 
 /// The drive of an ideal driver, looked at anew.
@@ -221,14 +249,15 @@ impl VariantProofs {
     /// Whether all of it holds.
     #[must_use]
     pub fn hold(&self) -> bool {
-        self.changed.is_empty() && self.certificates.iter().all(|c| c.result.is_ok())
+        let is_survived = self.certificates.iter().all(|c| c.result.is_ok());
+        self.changed.is_empty() && is_survived && !matches!(self.drivers, Some(Err(_)))
     }
 }
 
 /// Verifies a variant by the manifest beside it; `None` where there is none.
 ///
 /// Contact is looked for at and between the steps of each drive, with exact bodies; leaving the road counts as well.
-/// Whether the vehicle can be driven so is not verified again.
+/// Whether the vehicle can be driven so is not verified again. Drivers are asked again who of them avoids it.
 #[must_use]
 pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
     let entry = Entry::of_file(variant);
@@ -241,6 +270,7 @@ pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
                 files: 0,
                 changed: vec![visible(&format!("{name}: {why}")).into_owned()],
                 certificates: Vec::new(),
+                drivers: None,
             });
         }
     };
@@ -269,6 +299,8 @@ pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
         files: hashes.len(),
         changed: changed.collect(),
         certificates: certificates.collect(),
+        drivers: { origin.manifest.preventability.as_ref() }
+            .map(|said| judged(&entry, &origin, said)),
     })
 }
 
@@ -311,6 +343,36 @@ fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, St
         Some(fault) => Err(fault.to_string()),
         None => Ok(scene.ego.track.steps().count()),
     }
+}
+
+/// What drivers make of the encounter of a variant, as the manifest says it.
+fn judged(
+    entry: &Entry,
+    origin: &VariantOrigin,
+    said: &PreventabilityRecord,
+) -> Result<PreventabilityRecord, String> {
+    let opened = open(&OpenRequest {
+        entry,
+        ego: &EgoSelection::Beside,
+        transform: None,
+        strict: true,
+        stand_in: StandIn::None,
+    });
+    let opened = opened.map_err(|error| error.to_string())?;
+    let scene = opened.scene.map_err(|why| why.to_string())?;
+    let is_certified = origin.certifies(entry, &scene);
+    let found = PreventabilityRecord::of(&scene, said.obstacle, said.step, is_certified);
+    let found = found.ok_or("the ego is not there before")?;
+    let is_said = |(one, other): (&VerdictRecord, &VerdictRecord)| {
+        (&one.driver, &one.result) == (&other.driver, &other.result)
+    };
+    let is_same = found.drivers.len() == said.drivers.len()
+        && found.drivers.iter().zip(&said.drivers).all(is_said);
+    if is_same {
+        return Ok(found);
+    }
+    let said = visible(&said.words()).into_owned();
+    Err(format!("{}, but the manifest says {said}", found.words()))
 }
 
 /// Whether a file is there, and still has the content with this SHA-256.

@@ -319,7 +319,7 @@ pub fn scenario_events(
     let told = origin.and_then(|origin| origin.manifest.preventability);
     let judged = match &told {
         Some(_) => Vec::new(),
-        None => encounters(&scene, thresholds).0,
+        None => encounters(entry, &scene, thresholds).0,
     };
     let with_drivers = |event: Event| {
         let told = told.clone().map(|told| (JudgedFrom::Manifest, told));
@@ -439,7 +439,7 @@ mod tests {
         };
         let scenario = entry.read().unwrap();
         let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
-        let judged = encounters(&Scene::new(scenario, ego), thresholds).0;
+        let judged = encounters(&entry, &Scene::new(scenario, ego), thresholds).0;
         let by = found[0].event.obstacle;
         let own = judged.iter().find(|one| one.drivers.obstacle == by);
         let own = &own.unwrap().drivers;

@@ -90,6 +90,55 @@ fn encounters_are_judged_the_same_in_every_format() {
 }
 
 #[test]
+fn a_story_ends_with_who_would_have_avoided_it() {
+    let home = Home::new();
+    let names: Vec<&str> = BUNDLED.iter().map(|(name, _)| *name).collect();
+    let judged = home.run(&[&["drivers"], &names[..], &["--format", "json"]].concat());
+    let rows = lines(&judged.status(0));
+    let mut told = 0;
+    for name in names {
+        let story = ["describe", name, "--story"];
+        let said = home
+            .run(&[&story[..], &["--format", "json"]].concat())
+            .json();
+        let sentences = said["sentences"].as_array().unwrap().len();
+        let text = home.run(&story).status(0).stdout;
+        let all: Vec<&str> = text.lines().collect();
+        assert_eq!(said["text"], all.join(" "));
+        let found = &said["preventability"];
+        let same = |row: &&Value| {
+            row["scenario"] == name
+                && row["obstacle"] == found["obstacle"]
+                && row["step"] == found["step"]
+        };
+        let Some(row) = rows.iter().find(same) else {
+            assert!(found.is_null(), "{name}: {found}");
+            assert!(!rows.iter().any(|row| row["scenario"] == name), "{name}");
+            assert_eq!(all.len(), sentences, "{text}");
+            continue;
+        };
+        told += 1;
+        assert_eq!(all.len(), sentences + 1, "{text}");
+        let last = all[sentences];
+        let count = format!("by {} of {}", row["avoided"], row["decided"]);
+        assert!(last.contains(&count), "{last}");
+        for id in IDS {
+            let moment = row[format!("{id}_last_moment")].as_f64();
+            let words = moment.map(|moment| format!("{moment:.1} s"));
+            let is_told = words.is_some_and(|words| {
+                last.contains(&format!("for {id} was {words} before"))
+                    || last.contains(&format!("for {id} {words}"))
+            });
+            let avoids = row[id] == "avoided";
+            assert_eq!(is_told, avoids && moment.is_some(), "{id}: {last}");
+        }
+        let page = home.run(&["render", name, "--format", "html"]).status(0);
+        assert!(page.stdout.contains(&format!("{last}</p>")), "{last}");
+    }
+    assert!(told > 1 && told < BUNDLED.len(), "{told}");
+}
+
+#[test]
 fn drivers_and_baselines_drive_beside_a_planner() {
     let home = Home::new();
     let ended = home.run(&["plan", CUT_IN, "--driver", "cc,fsm", "--format", "json"]);

@@ -88,6 +88,23 @@ fn what_the_manifest_claims_is_checked(home: &Home, variant: &str) {
         assert_eq!(one["passed"], true, "{one}");
     }
     let path = |ending: &str| home.files().join(variant.replace(".xml", ending));
+    let mut manifest: Value =
+        serde_json::from_slice(&std::fs::read(path(".json")).unwrap()).unwrap();
+    let claimed = &manifest["preventability"];
+    assert_eq!(&said["manifest"]["preventability"], claimed);
+    let story = home
+        .run(&["describe", variant, "--story", "--format=json"])
+        .json();
+    assert_eq!(&story["preventability"], claimed, "the certificates count");
+    let kept = std::fs::read(path(".json")).unwrap();
+    manifest["preventability"]["drivers"][0]["result"] = "mitigated".into();
+    std::fs::write(path(".json"), manifest.to_string()).unwrap();
+    let fault = check().status(1).json()["manifest"]["preventability_fault"].clone();
+    assert!(
+        fault.as_str().unwrap().contains("the manifest says"),
+        "{fault}"
+    );
+    std::fs::write(path(".json"), kept).unwrap();
     let kept = std::fs::read(path(".solution.xml")).unwrap();
     std::fs::write(path(".solution.xml"), "other").unwrap();
     let said = check().status(1).json();

@@ -205,7 +205,7 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
     let mut table: BTreeMap<(String, &str, &str), usize> = BTreeMap::new();
     let (mut beaten, mut whole, mut slowest) = (0, Duration::ZERO, Duration::ZERO);
     let (mut prepared, mut lasts) = (Duration::ZERO, Duration::ZERO);
-    let mut events = 0;
+    let (mut events, mut steered) = (0, 0);
     let mut times = Vec::new();
     for one in &all {
         let began = Instant::now();
@@ -237,6 +237,20 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
                 .or_default() += 1;
         }
         let alone = field.ideal_ride(found.from);
+        if let Some(ride) = &alone {
+            steered += usize::from(ride.states.iter().any(|s| s.spot.aside != 0.0));
+            let drive = Scene {
+                scenario: Arc::clone(&one.scene.scenario),
+                ego: field.ego_of(ride),
+            };
+            // Its motion as a scene touches what the ride says.
+            let context = Context::new(&drive);
+            let mut contacts =
+                { 0..context.participants().len() }.flat_map(|other| context.contacts(other));
+            let touches = contacts.any(|c| c.step > found.from && !c.is_possible);
+            let (said, step) = (ride.touch.is_some(), one.step);
+            assert_eq!(touches, said, "{} {} at {step}", one.name, one.obstacle);
+        }
         let ideal = found.by("ideal").expect("a driver").result;
         let others = found
             .verdicts
@@ -283,7 +297,10 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
     );
     // The bound holds by construction; the search must find nearly all of it by itself.
     assert!(beaten * 10 <= events, "{beaten} of {events}");
-    assert!(events > 40, "{events} events");
+    assert!(
+        events > 40 && steered > 10,
+        "{events} events, {steered} steered"
+    );
 }
 
 #[test]
@@ -335,7 +352,7 @@ fn another_future_changes_nothing_that_was_done_before() {
                 let until = |field: &Field<'_>| {
                     let ride = field.ride_of(driver, field.steps().start).expect("a ride");
                     let done: Vec<_> = { ride.states.into_iter() }
-                        .take_while(|(step, ..)| *step <= now + 1)
+                        .take_while(|state| state.step <= now + 1)
                         .collect();
                     let reacts = ride.reacts.filter(|step| *step <= now);
                     (done, reacts)

@@ -103,6 +103,19 @@ class Tables(unittest.TestCase):
         self.assertEqual(cells(nearmiss.measures(names, ["ttc"])), alone)
         alone = [row for name in names for row in cells(nearmiss.open(name).windows())]
         self.assertEqual(cells(nearmiss.windows(names)), alone)
+        alone = [row for name in names for row in cells(nearmiss.open(name).encounters())]
+        self.assertEqual(cells(nearmiss.encounters(names)), alone)
+
+    def test_drivers_and_encounters_are_those_of_the_command(self):
+        drivers = nearmiss.drivers()
+        wanted = [json.loads(line) for line in command("drivers", "--format", "json").splitlines()]
+        self.assertEqual(drivers, [{key: one[key] for key in one if key != "schema_version"} for one in wanted])
+        names = nearmiss.scenarios()
+        lines = command("drivers", *names, "--format", "json").splitlines()
+        self.assertGreater(len(lines), len(names) // 2)
+        self.same(nearmiss.encounters(names), [json.loads(line) for line in lines], ("schema_version",))
+        [row] = nearmiss.open(CUT_IN).encounters().rows()
+        self.assertEqual(row["avoided"], sum(row[driver["driver"]] == "avoided" for driver in drivers))
 
     def test_columns_say_what_they_mean(self):
         table = nearmiss.open(CUT_IN).measures(["ttc", "distance"])

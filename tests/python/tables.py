@@ -105,6 +105,7 @@ class Commands(unittest.TestCase):
     def test_what_streams_is_the_same(self):
         self.same(nearmiss.measures(NAMES), stream("metrics", *NAMES, "--format", "arrow", "-o", "-"))
         self.same(nearmiss.windows(NAMES), stream("corpus", "index", *NAMES, "-o", "-"))
+        self.same(nearmiss.encounters(NAMES), stream("drivers", *NAMES, "--format", "arrow", "-o", "-"))
         self.same(nearmiss.inspect(NAMES), stream("inspect", *NAMES, "--format", "arrow", "-o", "-"))
 
     def test_an_index_of_files_has_the_same_rows(self):

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::open::resolved;
 use crate::{Failure, Outcome, json, output};
+use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_drive::generation::{
     AttackStyle, Gate, MOST_ATTACKERS, Refusal, RefusalRecord, attacked_planner,
 };
@@ -42,6 +43,10 @@ struct CheckedManifest {
     /// What is wrong with them.
     changed_files: Vec<String>,
     certificates: Vec<CheckedCertificate>,
+    /// Which drivers avoid its contact or near miss, looked at anew; null where that is not what the manifest says.
+    preventability: Option<PreventabilityRecord>,
+    /// Why it is not.
+    preventability_fault: Option<String>,
 }
 
 /// An ideal driver's drive: it has to touch no obstacle, at the steps and between them, and to stay on the road.
@@ -63,10 +68,13 @@ impl CheckedManifest {
             passed: one.result.is_ok(),
             fault: one.result.clone().err(),
         });
+        let drivers = proofs.drivers.as_ref();
         Self {
             files: proofs.files,
             changed_files: proofs.changed.clone(),
             certificates: certificates.collect(),
+            preventability: drivers.and_then(|found| found.clone().ok()),
+            preventability_fault: drivers.and_then(|found| found.clone().err()),
         }
     }
 }
@@ -237,6 +245,11 @@ fn manifest_words(proofs: &VariantProofs) -> String {
             "ideal driver with a reaction time of {} s: {said}\n",
             one.delay
         ));
+    }
+    match &proofs.drivers {
+        Some(Ok(found)) => words.push_str(&format!("{}\n", found.words())),
+        Some(Err(fault)) => words.push_str(&format!("drivers: {}\n", output::visible(fault))),
+        None => {}
     }
     words
 }

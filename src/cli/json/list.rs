@@ -1,6 +1,7 @@
 //! The outputs of all commands that are one type each.
 
 use nearmiss_base::system::KeyBinding;
+use nearmiss_drive::driver::DriverRecord;
 use nearmiss_store::{BatchRecord, ImageRecord, QuestionRecord, RatingRecord, RunRecord, Summary};
 use nearmiss_study::evaluation::batch::QuestionLine;
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
@@ -13,8 +14,8 @@ use nearmiss_workflow::{AskDocument, EventLine, Rate, RateLike, ScenarioRow};
 
 use super::derived::{Derived, derived, noun};
 use crate::{
-    ask, batches, bundle, config, corpus, doctor, drivers, evaluate, export, find, generate,
-    import, index, inspect, metrics, models, plan, prompt, prompts, tune,
+    ask, batches, bundle, config, corpus, doctor, evaluate, export, find, generate, import, index,
+    inspect, metrics, models, plan, prompt, prompts, tune,
 };
 
 /// Every output that is one type.
@@ -27,7 +28,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<VariantLine>(),
     derived::<prompt::DescriptionDocument>(),
     derived::<doctor::Document>(),
-    derived::<drivers::DriverDocument>(),
+    derived::<DriverRecord>(),
     derived::<evaluate::BatchDocument>(),
     derived::<evaluate::LeaksDocument>(),
     derived::<evaluate::DryRunDocument<'static>>(),

@@ -18,7 +18,7 @@ use nearmiss_render::{
 };
 use nearmiss_scene::metrics::{Context, Thresholds, measure};
 use nearmiss_scene::scenario::Scene;
-use nearmiss_scene::story::Story;
+use nearmiss_workflow::ToldStory;
 use serde::Serialize;
 
 use super::ending::interrupted;
@@ -133,10 +133,9 @@ const MOST_PICTURES: i64 = 20_000;
 const PAGE_MEASURES: [&str; 3] = ["ttc", "distance", "risk"];
 
 /// The sentences on a page that tell what happened.
-fn story(scene: Option<&Scene>, thresholds: &Thresholds) -> Vec<String> {
-    let told = scene.and_then(|scene| Story::new(&Context::under(scene, thresholds)));
-    let sentences = told.into_iter().flat_map(|story| story.sentences);
-    sentences.map(|sentence| sentence.text).collect()
+fn story(entry: &Entry, scene: Option<&Scene>, thresholds: &Thresholds) -> Vec<String> {
+    let told = scene.and_then(|scene| ToldStory::new(entry, &Context::under(scene, thresholds)));
+    told.map_or_else(Vec::new, |told| told.sentences())
 }
 
 /// What becomes of an interrupted run.
@@ -252,7 +251,11 @@ impl Drawing<'_> {
             } else {
                 steps[0]
             };
-            let page = figure.page(at, &self.dark, &story(timeline.scene, &self.thresholds));
+            let page = figure.page(
+                at,
+                &self.dark,
+                &story(entry, timeline.scene, &self.thresholds),
+            );
             self.target.save(entry, None, page.as_bytes())?;
         } else {
             self.write(entry, &steps, subject.scenario.dt(), |step| {

@@ -1,11 +1,15 @@
 //! Everyone along the ego's own path around one event: worked out once for all drivers and all moments.
 
-use nearmiss_base::geometry::{Footprint, Placed, Point, Pose, Vector, angle_between};
+use std::sync::OnceLock;
+
+use nearmiss_base::geometry::{Area, Footprint, Placed, Point, Pose, Vector, angle_between};
 use nearmiss_scene::metrics::DrivenPath;
 use nearmiss_scene::scenario::{Motion, Participant, Scene};
 
 use super::competent::WANDERING;
+use super::ideal::FARTHEST;
 use super::model::{EXPECTATION, Seen, surprise};
+use super::ride::Spot;
 
 /// A stretch of a recording along the path of its ego.
 #[derive(Debug)]
@@ -18,12 +22,47 @@ pub struct Field<'s> {
     /// The last step that is looked at; those after the recording are continued with heading and speed kept.
     pub(super) last: i64,
     pub(super) others: Vec<Other<'s>>,
+    /// The body of the ego.
+    pub(super) body: Block,
+    /// Whom a ride may touch on the way to each step from the first on.
+    pub(super) near: Vec<Vec<Nearby>>,
+    /// The lanelets around the path, and the same with small gaps closed, once they were asked for; `None` where the road is
+    /// not known.
+    pub(super) road: [OnceLock<Option<Area>>; 2],
 }
+
+/// Another road user that a ride may touch on the way to a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Nearby {
+    /// Its place in [`Field::others`].
+    pub other: usize,
+    /// Where it is then: along the path and across, metres.
+    along: f64,
+    aside: f64,
+    /// Between its middle and the ego's along the path and across, beside what the ego moves, at most, metres.
+    long: f64,
+    lat: f64,
+    /// Its body on the way there, if that is the same all along and was there before.
+    pub body: Option<MovingBlock>,
+}
+
+impl Nearby {
+    /// Whether a body at a spot, which moved so far (m) along the path, can touch it.
+    pub fn is_reached(&self, spot: &Spot, moved: f64) -> bool {
+        (self.along - spot.s).abs() <= self.long + moved
+            && (self.aside - spot.aside).abs() <= self.lat
+    }
+}
+
+/// Bodies farther apart than this cannot touch within a step beyond what they move, metres.
+const MARGIN: f64 = 1.0;
 
 /// Another road user of a field.
 #[derive(Debug)]
 pub(super) struct Other<'s> {
     pub participant: Participant<'s>,
+    /// Its body, if that is the same all along.
+    pub body: Option<Block>,
     /// Its place at each step from the field's first on.
     pub places: Vec<Option<Place>>,
 }
@@ -102,8 +141,12 @@ impl<'s> Field<'s> {
             first,
             last,
             others: Vec::new(),
+            body: Block::around(&scene.ego.footprint),
+            near: Vec::new(),
+            road: Default::default(),
         };
         field.others = field.look_around();
+        field.near = field.find_near();
         Some(field)
     }
 
@@ -138,12 +181,44 @@ impl<'s> Field<'s> {
             };
             let places: Vec<Option<Place>> = (self.first..=self.last).map(&mut place).collect();
             let is_there = places.iter().any(Option::is_some);
-            is_there.then_some(Other {
+            let body = participant.footprint_at(self.first);
+            let is_rigid = (self.first..=self.last)
+                .all(|step| std::ptr::eq(participant.footprint_at(step), body));
+            is_there.then(|| Other {
                 participant,
+                body: is_rigid.then(|| Block::around(body)),
                 places,
             })
         });
         participants.collect()
+    }
+
+    /// Whom a ride may touch on the way to each step.
+    fn find_near(&self) -> Vec<Vec<Nearby>> {
+        let [(rear, front), (right, left)] = self.lookout.own;
+        let own = (front - rear).hypot(left - right) / 2.0 + front.abs().max(rear.abs());
+        let nearby = |i: usize, at: usize| {
+            let other = &self.others[i];
+            let place = other.places[at].as_ref()?;
+            let around = own + place.velocity.norm() * self.lookout.dt + MARGIN;
+            let lat = around + place.half_lat;
+            let before = at.checked_sub(1).and_then(|at| other.places[at].as_ref());
+            { place.aside.abs() <= lat + FARTHEST }.then(|| Nearby {
+                other: i,
+                along: place.along,
+                aside: place.aside,
+                long: around + place.half_long,
+                lat,
+                body: { other.body.as_ref().zip(before) }
+                    .map(|(body, before)| body.between(&before.pose, &place.pose)),
+            })
+        };
+        let at = |at: usize| {
+            { 0..self.others.len() }
+                .filter_map(|i| nearby(i, at))
+                .collect()
+        };
+        (0..=(self.last - self.first) as usize).map(at).collect()
     }
 
     /// The motion of another at a step, continued after the `end` of the recording, and whether it is known then.
@@ -172,11 +247,16 @@ impl<'s> Field<'s> {
     }
 
     /// The ego's body at an arc length and an offset to the left, metres, turned by so much from the path.
-    pub(super) fn own_at(&self, s: f64, aside: f64, turned: f64) -> Option<Placed<'_>> {
-        let mut pose = self.lookout.path.at(s)?;
-        pose.position += pose.left() * aside;
-        pose.heading += turned;
-        Some(self.scene.ego.footprint.at(pose))
+    pub(super) fn own_at(&self, spot: &Spot) -> Option<Placed<'_>> {
+        Some(self.scene.ego.footprint.at(self.pose(spot)?))
+    }
+
+    /// The ego's pose at a spot.
+    pub(super) fn pose(&self, spot: &Spot) -> Option<Pose> {
+        let mut pose = self.lookout.path.at(spot.s)?;
+        pose.position += pose.left() * spot.aside;
+        pose.heading += spot.turned;
+        Some(pose)
     }
 
     /// What a driver at an arc length (m) sees at a step, into `seen`.
@@ -189,6 +269,115 @@ impl<'s> Field<'s> {
         });
         self.lookout.see(s, others, seen);
     }
+}
+
+/// The box around a body in its own frame, metres.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    /// From the place of the body along its heading and to the left.
+    middle: Vector,
+    half: Vector,
+    /// Of its farthest point from the place of the body.
+    reach: f64,
+}
+
+/// A box on its way from one pose to another.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MovingBlock {
+    ends: [End; 2],
+    half: Vector,
+    /// How far its points are off straight lines at most, metres.
+    bent: f64,
+    reach: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct End {
+    place: Point,
+    middle: Point,
+    axes: [Vector; 2],
+}
+
+impl Block {
+    /// That of a body.
+    pub fn around(body: &Footprint) -> Self {
+        let [(rear, front), (right, left)] = extents(body);
+        Self {
+            middle: Vector::new(f64::midpoint(rear, front), f64::midpoint(right, left)),
+            half: Vector::new((front - rear) / 2.0, (left - right) / 2.0),
+            reach: body.reach(),
+        }
+    }
+
+    /// How far a point of it is from the place of the body at most, metres.
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// The same on its way.
+    pub fn between(&self, from: &Pose, to: &Pose) -> MovingBlock {
+        let ends = [from, to].map(|pose| {
+            let (sin, cos) = pose.heading.sin_cos();
+            let axes = [Vector::new(cos, sin), Vector::new(-sin, cos)];
+            End {
+                place: pose.position,
+                middle: pose.position + axes[0] * self.middle.x + axes[1] * self.middle.y,
+                axes,
+            }
+        });
+        MovingBlock {
+            ends,
+            half: self.half,
+            bent: angle_between(from.heading, to.heading).abs() * self.reach,
+            reach: self.reach,
+        }
+    }
+}
+
+impl MovingBlock {
+    /// Whether two stay apart for sure: discs around both never meet, or one line separates them at both ends, by more than
+    /// their turning takes.
+    pub fn is_apart(&self, other: &Self) -> bool {
+        let between = [0, 1].map(|end| other.ends[end].place - self.ends[end].place);
+        let moved = between[1] - between[0];
+        let length = moved.norm_squared();
+        let share = match length > 0.0 {
+            true => (-between[0].dot(&moved) / length).clamp(0.0, 1.0),
+            false => 0.0,
+        };
+        let reach = self.reach + other.reach + LEAST;
+        if (between[0] + moved * share).norm_squared() > reach * reach {
+            return true;
+        }
+        let least = self.bent + other.bent + LEAST;
+        let middles = [0, 1].map(|end| other.ends[end].middle - self.ends[end].middle);
+        let axes = self.ends[1].axes.iter().chain(&other.ends[1].axes);
+        { axes }.any(|axis| {
+            let gap = |end: usize| {
+                let between = middles[end].dot(axis);
+                let reach = self.along(end, axis) + other.along(end, axis);
+                (between > 0.0, between.abs() - reach)
+            };
+            let (from, to) = (gap(0), gap(1));
+            from.0 == to.0 && from.1 > least && to.1 > least
+        })
+    }
+
+    /// How far it reaches from its middle along an axis.
+    fn along(&self, end: usize, axis: &Vector) -> f64 {
+        let [forward, left] = self.ends[end].axes;
+        self.half.x * forward.dot(axis).abs() + self.half.y * left.dot(axis).abs()
+    }
+}
+
+/// A gap below this is none, metres.
+const LEAST: f64 = 1e-3;
+
+/// How far a body reaches along its heading, and across it to the left, metres.
+fn extents(body: &Footprint) -> [(f64, f64); 2] {
+    let flat = Pose::new(0.0, 0.0, 0.0);
+    let axis = |x, y| body.at(flat).extent(&flat.position, &Vector::new(x, y));
+    [axis(1.0, 0.0), axis(0.0, 1.0)]
 }
 
 /// What the driver of a body on a path sees of others.
@@ -204,11 +393,9 @@ pub(crate) struct Lookout {
 impl Lookout {
     /// The lookout of a body.
     pub fn new(path: DrivenPath, body: &Footprint, dt: f64) -> Self {
-        let flat = Pose::new(0.0, 0.0, 0.0);
-        let axis = |x, y| body.at(flat).extent(&flat.position, &Vector::new(x, y));
         Self {
             path,
-            own: [axis(1.0, 0.0), axis(0.0, 1.0)],
+            own: extents(body),
             dt,
         }
     }

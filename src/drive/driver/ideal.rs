@@ -9,7 +9,7 @@ use nearmiss_base::geometry::{Area, Point};
 
 use super::field::Field;
 use super::model::{DriverModel, Parameter};
-use super::ride::{Ride, Spot, Touch, advance};
+use super::ride::{Ride, RideState, Spot, Touch, advance};
 
 /// A row of [`super::DRIVERS`].
 pub const MODEL: DriverModel = DriverModel {
@@ -63,7 +63,10 @@ const ALONG: [(f64, f64); 11] = [
 ];
 
 /// Offsets to either side, metres.
-const ASIDE: [f64; 6] = [0.5, 1.0, 1.75, 2.5, 3.0, 3.5];
+const ASIDE: [f64; 6] = [0.5, 1.0, 1.75, 2.5, 3.0, FARTHEST];
+
+/// No driver gets farther beside the path, metres.
+pub(super) const FARTHEST: f64 = 3.5;
 
 /// Shares of the friction circle for steering.
 const GRIP: [f64; 2] = [0.5, 0.95];
@@ -85,126 +88,186 @@ struct Manoeuvre {
     over: f64,
 }
 
+impl Manoeuvre {
+    /// The place at an arc length (m) of who began it at `start`.
+    fn spot(&self, start: f64, s: f64, speed: f64) -> Spot {
+        if self.aside == 0.0 {
+            return Spot::on_path(s, speed);
+        }
+        let t = ((s - start) / self.over).clamp(0.0, 1.0);
+        let slope = 30.0 * t * t * (1.0 - t) * (1.0 - t) / self.over;
+        Spot {
+            s,
+            aside: self.aside * t * t * t * (10.0 + t * (6.0 * t - 15.0)),
+            turned: (self.aside * slope).atan(),
+            speed,
+        }
+    }
+
+    /// The acceleration at a speed, m/s².
+    fn acceleration_at(&self, speed: f64, dt: f64) -> f64 {
+        let left = (self.until - speed) / dt;
+        match self.acceleration {
+            a if a < 0.0 => a.max(left).min(0.0),
+            a => a.min(left).max(0.0),
+        }
+    }
+}
+
 impl Field<'_> {
     /// The ideal driver from a step on: its ride without contact, if one is found, else that of the lowest closing speed.
     #[must_use]
     pub fn ideal_ride(&self, from: i64) -> Option<Ride> {
         let at = usize::try_from(from - self.first).ok()?;
         let (s, speed) = *self.ego.get(at)?;
-        let mut best: Option<Ride> = None;
-        let road = std::cell::OnceCell::new();
+        let begin = RideState {
+            step: from,
+            spot: Spot::on_path(s, speed),
+            acceleration: 0.0,
+        };
+        let ride = |states: Vec<RideState>, touch: Option<Touch>| Ride {
+            states,
+            reacts: Some(from),
+            touch,
+        };
+        if let Some(touch) = self.overlap(from, s, speed) {
+            return Some(ride(vec![begin], Some(touch)));
+        }
+        let mut contacts: Vec<(Manoeuvre, i64, f64)> = Vec::new();
         for manoeuvre in manoeuvres(speed) {
-            let Some(ride) = self.manoeuvre(&manoeuvre, from, s, speed, &road) else {
-                continue;
-            };
-            let Some(touch) = &ride.touch else {
-                return Some(ride);
-            };
-            let harm = |ride: &Ride| ride.touch.as_ref().map_or(0.0, |t: &Touch| t.closing_speed);
+            match self.first_contact(&manoeuvre, begin) {
+                Some((step, least)) => contacts.push((manoeuvre, step, least)),
+                None => {
+                    let states = self.states(&manoeuvre, begin, self.last);
+                    if self.keeps_to_road(&states) {
+                        return Some(ride(states, None));
+                    }
+                }
+            }
+        }
+        // The way of a contact and the road are dear: they are looked at of those alone that may be the slowest.
+        let mut best: Option<(usize, Ride, f64)> = None;
+        let mut order: Vec<usize> = (0..contacts.len()).collect();
+        order.sort_by(|a, b| contacts[*a].2.total_cmp(&contacts[*b].2));
+        for place in order {
+            let (manoeuvre, step, least) = &contacts[place];
             if best
                 .as_ref()
-                .is_none_or(|best| touch.closing_speed < harm(best))
+                .is_some_and(|(_, _, slowest)| *least > slowest + ROUNDING)
             {
-                best = Some(ride);
-            }
-        }
-        best
-    }
-
-    /// `None` where it leaves the road.
-    fn manoeuvre(
-        &self,
-        manoeuvre: &Manoeuvre,
-        from: i64,
-        mut s: f64,
-        mut speed: f64,
-        road: &std::cell::OnceCell<Option<Area>>,
-    ) -> Option<Ride> {
-        let start = s;
-        let spot = |s: f64, speed: f64| {
-            if manoeuvre.aside == 0.0 {
-                return Spot {
-                    s,
-                    aside: 0.0,
-                    turned: 0.0,
-                    speed,
-                };
-            }
-            let t = ((s - start) / manoeuvre.over).clamp(0.0, 1.0);
-            let slope = 30.0 * t * t * (1.0 - t) * (1.0 - t) / manoeuvre.over;
-            Spot {
-                s,
-                aside: manoeuvre.aside * t * t * t * (10.0 + t * (6.0 * t - 15.0)),
-                turned: (manoeuvre.aside * slope).atan(),
-                speed,
-            }
-        };
-        let mut ride = Ride {
-            states: Vec::new(),
-            reacts: Some(from),
-            touch: None,
-        };
-        ride.touch = self.overlap(from, s, speed);
-        let mut was = spot(s, speed);
-        for step in from..self.last {
-            if ride.touch.is_some() {
                 break;
             }
-            let a = manoeuvre.acceleration;
-            let left = (manoeuvre.until - speed) / self.lookout.dt;
-            let used = if a < 0.0 {
-                a.max(left).min(0.0)
-            } else {
-                a.min(left).max(0.0)
+            let states = self.states(manoeuvre, begin, *step);
+            let [before @ .., was, now] = &states[..] else {
+                continue;
             };
-            (s, speed) = advance(s, speed, used, self.lookout.dt);
-            let now = spot(s, speed);
-            ride.touch = self.touch(step, &was, &now);
-            if now.aside != 0.0 && ride.touch.is_none() && !self.is_on_road(&now, road) {
-                return None;
+            let Some(touch) = self.touch(was.step, &was.spot, &now.spot) else {
+                continue;
+            };
+            // Of equals the first one.
+            let is_better = best.as_ref().is_none_or(|(known, _, slowest)| {
+                (touch.closing_speed, place) < (*slowest, *known)
+            });
+            let speed = touch.closing_speed;
+            if is_better && self.keeps_to_road(before) && self.keeps_to_road(&[*was]) {
+                best = Some((place, ride(states, Some(touch)), speed));
             }
-            ride.states.push((step + 1, s, speed, used));
-            was = now;
         }
-        Some(ride)
+        best.map(|(_, ride, _)| ride)
+    }
+
+    /// The first step after which a manoeuvre has touched someone, and its least closing speed then (m/s).
+    fn first_contact(&self, manoeuvre: &Manoeuvre, begin: RideState) -> Option<(i64, f64)> {
+        let mut was = begin;
+        (begin.step..self.last).find_map(|step| {
+            let now = self.next(manoeuvre, &begin, &was);
+            let least = self.least_closing_speed(step, &was.spot, &now.spot);
+            was = now;
+            Some((step + 1, least?))
+        })
+    }
+
+    /// The states of a manoeuvre until a step.
+    fn states(&self, manoeuvre: &Manoeuvre, begin: RideState, until: i64) -> Vec<RideState> {
+        let next = |was: &RideState| Some(self.next(manoeuvre, &begin, was));
+        let all = std::iter::successors(Some(begin), next);
+        all.take_while(|state| state.step <= until).collect()
+    }
+
+    /// The state a step later.
+    fn next(&self, manoeuvre: &Manoeuvre, begin: &RideState, was: &RideState) -> RideState {
+        let dt = self.lookout.dt;
+        let acceleration = manoeuvre.acceleration_at(was.spot.speed, dt);
+        let (s, speed) = advance(was.spot.s, was.spot.speed, acceleration, dt);
+        RideState {
+            step: was.step + 1,
+            spot: manoeuvre.spot(begin.spot.s, s, speed),
+            acceleration,
+        }
+    }
+
+    /// Whether all of a ride that leaves the path is on the road; its end, which is farthest from the path, first.
+    fn keeps_to_road(&self, states: &[RideState]) -> bool {
+        let mut aside = { states.iter().rev() }.filter(|state| state.spot.aside != 0.0);
+        aside.all(|state| self.is_on_road(&state.spot))
     }
 
     /// Whether the ego's body is on the road there, as far as it is known and the ego itself keeps to it.
-    fn is_on_road(&self, spot: &Spot, road: &std::cell::OnceCell<Option<Area>>) -> bool {
-        let road = road.get_or_init(|| self.road());
-        let Some(road) = road else {
-            return true;
+    fn is_on_road(&self, spot: &Spot) -> bool {
+        let Some(body) = self.own_at(spot) else {
+            return false;
         };
-        let body = self.own_at(spot.s, spot.aside, spot.turned);
-        body.is_some_and(|body| road.covers(&body))
+        let [lanelets, road] = &self.road;
+        let lanelets = lanelets.get_or_init(|| self.find_road(0.0));
+        // Gaps are dear to close.
+        lanelets.as_ref().is_some_and(|area| area.covers(&body)) || {
+            road.get_or_init(|| self.find_road(GAP))
+        }
+        .as_ref()
+        .is_none_or(|area| area.covers(&body))
     }
 
-    /// The lanelets near the path; `None` without a map, or where the ego starts off the road.
-    fn road(&self) -> Option<Area> {
+    /// The lanelets near the path, with gaps (m) between them closed; `None` without a map, or where the ego starts off the
+    /// road.
+    fn find_road(&self, gap: f64) -> Option<Area> {
         let end = self.ego.last()?.0;
-        let near = |p: &Point| {
-            [0.0, end / 2.0, end]
-                .iter()
-                .filter_map(|s| self.lookout.path.at(*s))
-                .any(|pose| (pose.position - p).norm() <= end / 2.0 + NEAR)
+        let at = |s: f64| Some(self.lookout.path.at(s)?.position);
+        let around = [0.0, end / 2.0, end].map(at);
+        let far = end / 2.0 + NEAR;
+        let near = |p: &Point| around.iter().flatten().any(|at| (at - p).norm() <= far);
+        // Of what lies farther beside the path no body is.
+        let beside = FARTHEST + self.body.reach() + STRIDE;
+        let strides = (0..=((end + far) / STRIDE) as usize).filter_map(|n| at(n as f64 * STRIDE));
+        let strides: Vec<Point> = strides.collect();
+        let is_beside = |ring: &[Point]| {
+            let first = ring.first().copied().unwrap_or_default();
+            let low = ring.iter().fold(first, |low, p| low.inf(p));
+            let high = ring.iter().fold(first, |high, p| high.sup(p));
+            let apart = |p: &Point| (p - p.sup(&low).inf(&high)).norm();
+            strides.iter().any(|p| apart(p) <= beside)
         };
-        let lanelets = self
-            .scene
-            .scenario
-            .network
-            .lanelets
-            .iter()
-            .map(|l| l.ring());
-        let rings: Vec<_> = lanelets.filter(|ring| ring.iter().any(near)).collect();
-        let area = Area::union(rings.iter().map(Vec::as_slice), GAP);
-        let starts_on = area.covers(&self.own_at(self.ego[0].0, 0.0, 0.0)?);
+        let lanelets = self.scene.scenario.network.lanelets.iter();
+        let rings = lanelets.map(|lanelet| lanelet.ring());
+        let rings: Vec<_> = rings
+            .filter(|ring| ring.iter().any(near) && is_beside(ring))
+            .collect();
+        let area = Area::union(rings.iter().map(Vec::as_slice), gap);
+        let starts_on = area.covers(&self.own_at(&Spot::on_path(self.ego[0].0, 0.0))?);
         starts_on.then_some(area)
     }
 }
 
-/// Lanelets are looked at within this of the path, metres; gaps between them up to that are road.
+/// Lanelets are looked at within this of the path, metres.
 const NEAR: f64 = 40.0;
+
+/// The path is looked along in steps of this, metres.
+const STRIDE: f64 = 5.0;
+
+/// Gaps between lanelets up to this are road, metres.
 const GAP: f64 = 0.1;
+
+/// Closing speeds that differ by less are worked out, m/s.
+const ROUNDING: f64 = 1e-9;
 
 /// Straight on first, and to the sides then.
 fn manoeuvres(speed: f64) -> impl Iterator<Item = Manoeuvre> {

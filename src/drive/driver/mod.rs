@@ -21,8 +21,8 @@ pub(crate) use field::Lookout;
 pub use field::{Field, Place};
 pub use model::{Driver, DriverModel, NotMadeFor, Now, Parameter, Seen};
 pub use preventability::{DriverResult, DriverVerdict, Preventability};
-pub use record::{PreventabilityRecord, VerdictRecord};
-pub use ride::{Ride, Touch};
+pub use record::{DriverRecord, ParameterRecord, PreventabilityRecord, VerdictRecord};
+pub use ride::{Ride, RideState, Spot, Touch};
 
 /// Every driver, in the order of columns.
 pub const DRIVERS: &[DriverModel] = &[

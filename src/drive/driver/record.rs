@@ -1,11 +1,63 @@
-//! What drivers make of an encounter, as a record for programs.
+//! What drivers are, and what they make of an encounter, as records for programs.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use nearmiss_scene::scenario::Scene;
 
-use super::{DriverResult, DriverVerdict, Field, Preventability, ideal};
+use super::{DriverModel, DriverResult, DriverVerdict, Field, Preventability, ideal};
+
+/// A driver: what it is, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct DriverRecord {
+    /// Its id.
+    pub driver: &'static str,
+    /// Its name.
+    pub name: &'static str,
+    /// When it reacts, and what it does.
+    pub formula: &'static str,
+    /// The numbers in the formula.
+    pub parameters: Vec<ParameterRecord>,
+    /// Where it is published.
+    pub source: &'static str,
+    /// What it leaves out.
+    pub limits: &'static str,
+    /// Kinds of encounters that it is not made for.
+    pub not_made_for: Vec<&'static str>,
+}
+
+/// A number in a driver's formula, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ParameterRecord {
+    /// Its symbol in the formula.
+    pub symbol: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+}
+
+impl From<&DriverModel> for DriverRecord {
+    fn from(driver: &DriverModel) -> Self {
+        let parameters = driver.parameters.iter().map(|p| ParameterRecord {
+            symbol: p.symbol,
+            value: p.value,
+            unit: p.unit,
+            meaning: p.what,
+        });
+        Self {
+            driver: driver.id,
+            name: driver.name,
+            formula: driver.formula,
+            parameters: parameters.collect(),
+            source: driver.source,
+            limits: driver.limits,
+            not_made_for: driver.not_made_for.iter().map(|kind| kind.name()).collect(),
+        }
+    }
+}
 
 /// Which drivers avoid an encounter.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -94,12 +146,15 @@ impl VerdictRecord {
 }
 
 impl PreventabilityRecord {
-    /// What drivers make of the encounter with an obstacle that is worst at `step`, with their last moments; `None` where
-    /// the ego is not there before.
+    /// What drivers make of the encounter with an obstacle that is worst at `step`, with their last moments; `is_certified`:
+    /// a certificate says that the ideal one avoids it. `None` where the ego is not there before.
     #[must_use]
-    pub fn of(scene: &Scene, obstacle: i64, step: i64) -> Option<Self> {
+    pub fn of(scene: &Scene, obstacle: i64, step: i64, is_certified: bool) -> Option<Self> {
         let field = Field::around(scene, step)?;
-        let found = Preventability::in_field(&field, obstacle, step);
+        let mut found = Preventability::in_field(&field, obstacle, step);
+        if is_certified {
+            found.ideal_avoids();
+        }
         Some((&found.with_last_moments(&field)).into())
     }
 
@@ -124,6 +179,25 @@ impl PreventabilityRecord {
             Some(words) => format!("{count}; {words}"),
             None => count,
         }
+    }
+
+    /// The same as a sentence, with the last moment of each driver that avoids it; `dt`: seconds between two steps.
+    #[must_use]
+    pub fn sentence(&self, dt: f64) -> String {
+        let words = self.words();
+        let mut letters = words.chars();
+        let first = letters.next().map(|letter| letter.to_ascii_uppercase());
+        let mut told: String = first.into_iter().chain(letters).collect();
+        let avoiding = self.drivers.iter().filter(|verdict| verdict.avoids());
+        let moments = avoiding.filter_map(|one| Some((&one.driver, one.last_moment_step?)));
+        for (place, (driver, step)) in moments.enumerate() {
+            let before = (self.step - step) as f64 * dt;
+            told += &match place {
+                0 => format!("; the last moment for {driver} was {before:.1} s before"),
+                _ => format!(", for {driver} {before:.1} s"),
+            };
+        }
+        told + "."
     }
 
     /// Where models of people disagree: `cc, r157 do not avoid it, rss, fsm do`.

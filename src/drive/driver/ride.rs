@@ -1,8 +1,8 @@
 //! A driver's ride along the ego's path, and the first contact on it.
 
-use nearmiss_base::geometry::{Sweep, Vector};
+use nearmiss_base::geometry::{Placed, Sweep, Vector};
 use nearmiss_scene::metrics::{ContactSide, DEEP, sides};
-use nearmiss_scene::scenario::driven_way;
+use nearmiss_scene::scenario::{Ego, Motion, Sample, Track, driven_way};
 
 use super::field::{Field, Other};
 use super::model::{Driver, Now, Seen};
@@ -10,12 +10,23 @@ use super::model::{Driver, Now, Seen};
 /// What became of a driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ride {
-    /// Step, arc length (m) along the ego's path, speed (m/s) and acceleration (m/s²) until then.
-    pub states: Vec<(i64, f64, f64, f64)>,
+    /// Each step, from the one at which the driver takes the wheel until then.
+    pub states: Vec<RideState>,
     /// The first step at which something made it react.
     pub reacts: Option<i64>,
     /// What it touches first.
     pub touch: Option<Touch>,
+}
+
+/// A step of a ride.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RideState {
+    /// The step.
+    pub step: i64,
+    /// Where it is.
+    pub spot: Spot,
+    /// The acceleration along the path on the way there, m/s².
+    pub acceleration: f64,
 }
 
 /// A contact on a ride.
@@ -43,13 +54,34 @@ impl Touch {
     }
 }
 
-/// A place of the ego: arc length, offset to the left, heading from the path, speed.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
+/// A place beside the ego's path, and how fast it is left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// Arc length, metres.
     pub s: f64,
+    /// Offset to the left, metres.
     pub aside: f64,
+    /// Heading from that of the path, radians.
     pub turned: f64,
+    /// Speed along the path, m/s.
     pub speed: f64,
+}
+
+impl Spot {
+    /// One on the path.
+    pub(super) fn on_path(s: f64, speed: f64) -> Self {
+        Self {
+            s,
+            aside: 0.0,
+            turned: 0.0,
+            speed,
+        }
+    }
+
+    /// The speed along its own heading, m/s.
+    fn own_speed(&self) -> f64 {
+        self.speed / self.turned.cos()
+    }
 }
 
 /// What is done until the next step.
@@ -111,7 +143,11 @@ impl Field<'_> {
         let before = recorded(from - 1).map_or(speed, |(_, before)| before);
         let mut acceleration = (speed - before) / self.lookout.dt;
         ride.touch = self.overlap(from, s, speed);
-        ride.states.push((from, s, speed, acceleration));
+        ride.states.push(RideState {
+            step: from,
+            spot: Spot::on_path(s, speed),
+            acceleration,
+        });
         let mut is_as_recorded = true;
         let dt = self.lookout.dt;
         let most = ORDINARY * dt;
@@ -119,12 +155,7 @@ impl Field<'_> {
             if ride.touch.is_some() {
                 break;
             }
-            let was = Spot {
-                s,
-                aside: 0.0,
-                turned: 0.0,
-                speed,
-            };
+            let was = Spot::on_path(s, speed);
             let choice = choose(step, (s, speed, acceleration));
             let next = recorded(step + 1);
             if let Choice::Reaction(_) = choice {
@@ -146,21 +177,50 @@ impl Field<'_> {
                 }
             };
             acceleration = (speed - was.speed) / dt;
-            let now = Spot { s, speed, ..was };
+            let now = Spot::on_path(s, speed);
             ride.touch = self.touch(step, &was, &now);
-            ride.states.push((step + 1, s, speed, acceleration));
+            ride.states.push(RideState {
+                step: step + 1,
+                spot: now,
+                acceleration,
+            });
         }
         ride
     }
 
+    /// The ego as a ride moves it: as it was recorded until then.
+    #[must_use]
+    pub fn ego_of(&self, ride: &Ride) -> Ego {
+        let own = &self.scene.ego;
+        let backwards = own.track.at(self.first).is_some_and(|m| m.velocity < 0.0);
+        let sign = if backwards { -1.0 } else { 1.0 };
+        let from = ride.states.first().map_or(i64::MAX, |state| state.step);
+        let recorded = { own.track.iter() }.filter(|(step, _)| *step <= from);
+        let before = recorded.map(|(step, motion)| (step, *motion));
+        let after = ride.states.iter().skip(1).filter_map(|state| {
+            let motion = Motion {
+                pose: self.pose(&state.spot)?,
+                velocity: sign * state.spot.own_speed(),
+                acceleration: sign * state.acceleration,
+            };
+            Some((state.step, motion))
+        });
+        let samples = before.chain(after).map(|(step, motion)| Sample {
+            step,
+            position: motion.pose.position,
+            heading: Some(motion.pose.heading),
+            velocity: Some(motion.velocity),
+            acceleration: Some(motion.acceleration),
+        });
+        Ego {
+            track: Track::new(samples.collect(), self.lookout.dt, None),
+            ..own.clone()
+        }
+    }
+
     /// What overlaps the ego at a step already.
     pub(super) fn overlap(&self, step: i64, s: f64, speed: f64) -> Option<Touch> {
-        let spot = Spot {
-            s,
-            aside: 0.0,
-            turned: 0.0,
-            speed,
-        };
+        let spot = Spot::on_path(s, speed);
         self.touch(step - 1, &spot, &spot).filter(|touch| {
             let other = self
                 .others
@@ -168,7 +228,7 @@ impl Field<'_> {
                 .find(|o| o.participant.obstacle.id == touch.obstacle);
             let place = other.and_then(|o| o.places[(step - self.first) as usize]);
             let (own, footprint) = (
-                self.own_at(s, 0.0, 0.0),
+                self.own_at(&spot),
                 other.map(|o| o.participant.footprint_at(step)),
             );
             match (own, place, footprint) {
@@ -183,50 +243,84 @@ impl Field<'_> {
     /// The first contact on the way from a step to the next.
     pub(super) fn touch(&self, step: i64, was: &Spot, now: &Spot) -> Option<Touch> {
         let mut first: Option<(f64, Touch)> = None;
-        for other in &self.others {
-            if !self.is_near(other, step, was, now) {
-                continue;
-            }
-            let touch = self.touch_with(other, step, was, now);
+        self.each_near(step, [was, now], |other, ends| {
+            let touch = self.touch_with(other, step, [(was, ends[0]), (now, ends[1])]);
             if let Some((share, touch)) = touch
                 && first.as_ref().is_none_or(|(earliest, _)| share < *earliest)
             {
                 first = Some((share, touch));
             }
-        }
+        });
         first.map(|(_, touch)| touch)
     }
 
-    /// Whether bodies can touch on the way to the step after this one.
-    fn is_near(&self, other: &Other<'_>, step: i64, was: &Spot, now: &Spot) -> bool {
-        let at = (step + 1 - self.first) as usize;
-        let Some(place) = other.places.get(at).copied().flatten() else {
-            return false;
+    /// Whether there is a contact on the way from a step to the next, and the least closing speed (m/s) that it may have.
+    pub(super) fn least_closing_speed(&self, step: i64, was: &Spot, now: &Spot) -> Option<f64> {
+        let at = usize::try_from(step + 1 - self.first).ok()?;
+        let (mut least, mut touches) = (f64::INFINITY, false);
+        self.each_near(step, [was, now], |other, ends| {
+            let Some(to) = other.places[at].as_ref() else {
+                return;
+            };
+            let body = other.participant.footprint_at(step + 1).at(to.pose);
+            // Who is in it at the end touched it on the way.
+            touches = touches || ends[1].overlap(&body) > INSIDE || {
+                self.touch_with(other, step, [(was, ends[0]), (now, ends[1])])
+            }
+            .is_some();
+            let before = at.checked_sub(1).and_then(|at| other.places[at].as_ref());
+            let velocity = before.map_or(to.velocity, |before| before.velocity);
+            let forward = ends[1].pose.forward();
+            let apart = forward * was.own_speed() - velocity;
+            let change = forward * now.own_speed() - to.velocity - apart;
+            let share = match change.norm_squared() {
+                0.0 => 0.0,
+                length => (-apart.dot(&change) / length).clamp(0.0, 1.0),
+            };
+            least = least.min((apart + change * share).norm());
+        });
+        touches.then_some(least)
+    }
+
+    /// Everyone whom the ego may touch on the way from a step to the next, with its body at both.
+    fn each_near<'f>(
+        &'f self,
+        step: i64,
+        [was, now]: [&Spot; 2],
+        mut work: impl FnMut(&'f Other<'f>, [Placed<'f>; 2]),
+    ) {
+        let near = usize::try_from(step + 1 - self.first).ok();
+        let near = near.and_then(|at| self.near.get(at)).into_iter().flatten();
+        let moved = (now.s - was.s).abs();
+        let mut near = near.filter(|near| near.is_reached(now, moved)).peekable();
+        if near.peek().is_none() {
+            return;
+        }
+        let (Some(from), Some(to)) = (self.own_at(was), self.own_at(now)) else {
+            return;
         };
-        let [(rear, front), (right, left)] = self.lookout.own;
-        let own = (front - rear).hypot(left - right) / 2.0 + front.abs().max(rear.abs());
-        let other_moved = place.velocity.norm() * self.lookout.dt;
-        let moved = (now.s - was.s).abs() + other_moved + MARGIN;
-        (place.along - now.s).abs() <= own + place.half_long + moved
-            && (place.aside - now.aside).abs() <= own + place.half_lat + other_moved + MARGIN
+        let own = self.body.between(&from.pose, &to.pose);
+        for near in near {
+            if !near.body.as_ref().is_some_and(|body| own.is_apart(body)) {
+                work(&self.others[near.other], [from, to]);
+            }
+        }
     }
 
     fn touch_with(
         &self,
         other: &Other<'_>,
         step: i64,
-        was: &Spot,
-        now: &Spot,
+        [(was, own_from), (now, own)]: [(&Spot, Placed<'_>); 2],
     ) -> Option<(f64, Touch)> {
         let at = (step + 1 - self.first) as usize;
-        let to = other.places.get(at).copied().flatten()?;
+        let to = other.places.get(at)?.as_ref()?;
         let body = other.participant.footprint_at(step + 1).at(to.pose);
-        let own = self.own_at(now.s, now.aside, now.turned)?;
-        let earlier = at.checked_sub(1).and_then(|at| other.places[at]);
+        let earlier = at.checked_sub(1).and_then(|at| other.places[at].as_ref());
         let from = earlier.map(|from| other.participant.footprint_at(step).at(from.pose));
         let way = from.and_then(|from| driven_way(from, body, self.lookout.dt));
-        let (share, sides_at, velocity) = match (way, self.own_at(was.s, was.aside, was.turned)) {
-            (Some(way), Some(own_from)) => {
+        let (share, sides_at, velocity) = match way {
+            Some(way) => {
                 let own_way = Sweep::new(own_from, own);
                 let share = own_way.first_touch(&way)?;
                 let deep = (share + DEEP).min(1.0);
@@ -234,12 +328,12 @@ impl Field<'_> {
                 let velocity = before + (to.velocity - before) * share;
                 (share, sides(&own_way.at(deep), &way.at(deep)), velocity)
             }
-            _ => {
+            None => {
                 (own.distance(&body) <= 0.0).then_some(())?;
                 (1.0, sides(&own, &body), to.velocity)
             }
         };
-        let speed = was.speed + (now.speed - was.speed) * share;
+        let speed = was.own_speed() + (now.own_speed() - was.own_speed()) * share;
         let mine = own.pose.forward() * speed;
         let touch = Touch {
             obstacle: other.participant.obstacle.id,
@@ -253,8 +347,8 @@ impl Field<'_> {
     }
 }
 
-/// Bodies farther apart than this cannot touch within a step beyond what they move, metres.
-const MARGIN: f64 = 1.0;
+/// Bodies that are deeper in each other overlap for sure, metres.
+const INSIDE: f64 = 1e-6;
 
 /// Arc length and speed a step later: evenly faster or slower, to a standstill at most.
 pub(super) fn advance(s: f64, speed: f64, acceleration: f64, dt: f64) -> (f64, f64) {

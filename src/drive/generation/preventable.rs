@@ -36,12 +36,8 @@ impl Effect {
     ) -> Option<PreventabilityRecord> {
         let scene = self.scene(closed);
         let (obstacle, step) = self.encounter()?;
-        let field = Field::around(&scene, step)?;
-        let mut found = Preventability::in_field(&field, obstacle, step);
-        if avoidability.at(0.0) == Some(true) {
-            found.ideal_avoids();
-        }
-        Some((&found.with_last_moments(&field)).into())
+        let is_certified = avoidability.at(0.0) == Some(true);
+        PreventabilityRecord::of(&scene, obstacle, step, is_certified)
     }
 
     /// Whether all drivers with these ids avoid contact.

@@ -195,7 +195,7 @@ impl DrivenScenario {
     pub fn preventability(&self) -> Option<PreventabilityRecord> {
         let collision = self.collision()?;
         let scene = self.scene()?;
-        PreventabilityRecord::of(&scene, collision.with, collision.step)
+        PreventabilityRecord::of(&scene, collision.with, collision.step, false)
     }
 
     /// Whether it ended as a drive may: at the goal, or out of time, without harm.

@@ -1,11 +1,15 @@
 //! The table of encounters: recorded contacts, conflicts and near misses, and which drivers avoid them.
 
 use nearmiss_drive::driver::{DRIVERS, PreventabilityRecord};
+use nearmiss_formats::Entry;
 use nearmiss_record::{Cell, Column, Kind, Row, Table};
-use nearmiss_scene::metrics::{Context, SEVERITY_NAMES, Thresholds, critical_moments};
+use nearmiss_scene::metrics::{
+    Context, CriticalMoment, SEVERITY_NAMES, Thresholds, critical_moments,
+};
 use nearmiss_scene::scenario::Scene;
 
 use super::{RowFile, WHEN, integer, meanings, rounded, text, when};
+use crate::VariantOrigin;
 
 /// The most severe grade that is no encounter.
 const NEAR_MISS: u8 = 2;
@@ -19,21 +23,45 @@ pub struct Encounter {
     pub drivers: PreventabilityRecord,
 }
 
-/// The encounters of a scene, the most severe first, and how many more begin with the recording: there is no time in which
-/// a driver could drive before these.
+impl Encounter {
+    /// That of a moment in the scene of an entry, beside which a manifest may have certificates. `None` where the moment is
+    /// no contact, conflict or near miss, or begins with the recording.
+    #[must_use]
+    pub fn at(entry: &Entry, scene: &Scene, moment: &CriticalMoment) -> Option<Self> {
+        let severity = moment.grade.number();
+        (severity <= NEAR_MISS).then_some(())?;
+        let origin = VariantOrigin::read(entry);
+        let is_certified = origin.is_some_and(|origin| origin.certifies(entry, scene));
+        let drivers = PreventabilityRecord::of(scene, moment.obstacle, moment.step, is_certified)?;
+        Some(Self { severity, drivers })
+    }
+}
+
+/// The encounters in the scene of an entry, the most severe first, and how many more begin with the recording: there is no
+/// time in which a driver could drive before these.
 #[must_use]
-pub fn encounters(scene: &Scene, thresholds: &Thresholds) -> (Vec<Encounter>, usize) {
+pub fn encounters(
+    entry: &Entry,
+    scene: &Scene,
+    thresholds: &Thresholds,
+) -> (Vec<Encounter>, usize) {
     let moments = critical_moments(&Context::under(scene, thresholds));
     let severe = { moments.iter() }.filter(|moment| moment.grade.number() <= NEAR_MISS);
-    let judged = severe.clone().filter_map(|moment| {
-        Some(Encounter {
-            severity: moment.grade.number(),
-            drivers: PreventabilityRecord::of(scene, moment.obstacle, moment.step)?,
-        })
-    });
+    let judged = { severe.clone() }.filter_map(|moment| Encounter::at(entry, scene, moment));
     let judged: Vec<Encounter> = judged.collect();
     let early = severe.count() - judged.len();
     (judged, early)
+}
+
+/// That no driver is judged in so many encounters, which begin with the recording.
+#[must_use]
+pub fn left_out(early: usize) -> Option<String> {
+    let words = match early {
+        0 => return None,
+        1 => "1 encounter that begins".to_owned(),
+        _ => format!("{early} encounters that begin"),
+    };
+    Some(format!("no driver is judged in {words} with the recording"))
 }
 
 /// The table: of each driver what comes of it, how fast its contact is, and how long before the encounter it could still

@@ -6,7 +6,7 @@ mod lanes;
 mod measures;
 mod windows;
 
-pub use encounters::{Encounter, encounter_rows, encounter_table, encounters};
+pub use encounters::{Encounter, encounter_rows, encounter_table, encounters, left_out};
 pub use family::FamilyResults;
 pub use lanes::lane_table;
 pub use measures::{

@@ -4,9 +4,7 @@
 pub mod state;
 pub mod strip;
 
-use nearmiss_drive::driver::{
-    DRIVERS, Field, NotMadeFor, Preventability, PreventabilityRecord, VerdictRecord,
-};
+use nearmiss_drive::driver::{DRIVERS, NotMadeFor, PreventabilityRecord, VerdictRecord};
 use nearmiss_scene::description::visible;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -189,9 +187,6 @@ fn outcome(found: &PreventabilityRecord, verdict: &VerdictRecord) -> String {
     }
 }
 
-/// Why there is no drive of a driver that avoids the encounter.
-const UNDRAWN: &str = "not drawn, it leaves the ego's path";
-
 /// The driver that is shown: formula, numbers, source and limits.
 fn about(lines: &mut Lines, model: &Model) {
     let driver = model.driver_shown();
@@ -208,9 +203,6 @@ fn about(lines: &mut Lines, model: &Model) {
                 lines.say(name, &when(step));
             }
         }
-    }
-    if model.is_undrawn() {
-        lines.say("drive", UNDRAWN);
     }
     lines.plain(driver.formula);
     for p in driver.parameters {
@@ -264,13 +256,7 @@ impl Computation for JudgeEncounter {
 
     fn compute(self) -> Self::Value {
         let EncounterToJudge { key, scene, .. } = self.0;
-        let found = Field::around(&scene, key.step).map(|field| {
-            let mut found = Preventability::in_field(&field, key.obstacle, key.step);
-            if self.0.is_certified {
-                found.ideal_avoids();
-            }
-            PreventabilityRecord::from(&found.with_last_moments(&field))
-        });
+        let found = PreventabilityRecord::of(&scene, key.obstacle, key.step, self.0.is_certified);
         (key, found.unwrap_or_default())
     }
 
@@ -296,10 +282,5 @@ impl Computation for TakeSeat {
 
     fn take(model: &mut Model, (key, driver, drive): Self::Value) {
         model.drivers.take_drive(&key, driver, drive);
-        // The panel says so itself.
-        if model.is_undrawn() && model.screens.is_empty() {
-            let name = DRIVERS[driver].name;
-            model.say(format!("{name}: {UNDRAWN}"));
-        }
     }
 }

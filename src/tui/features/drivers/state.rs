@@ -205,12 +205,6 @@ impl Model {
         (*known == key && *who == shown).then_some((&drive.opened, driven))
     }
 
-    /// Whether the drive that was asked for last cannot be drawn.
-    #[must_use]
-    pub fn is_undrawn(&self) -> bool {
-        self.drive_shown().is_none() && matches!(self.drivers.drive, Some((_, _, Some(None))))
-    }
-
     /// The encounter that has to be judged.
     pub fn unjudged(&mut self) -> Option<EncounterToJudge> {
         let (opened, key) = self.encounter_key()?;
