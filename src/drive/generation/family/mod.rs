@@ -258,6 +258,9 @@ fn base(varied: Varied, id: i64, event: Option<&Event>, course: &Course) -> Resu
             "{name} of a {what} is that to what it uncovers, and not to {id}; vary lateral_speed or start"
         )),
         Varied::Gap => event.gap.ok_or_else(unmeasured),
+        _ if !course.drives() => Err(format!(
+            "{id} stands at its {what}, so {name} cannot be another; vary gap or start"
+        )),
         _ => event.closing.ok_or_else(unmeasured),
     }
 }

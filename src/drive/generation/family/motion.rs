@@ -1,12 +1,13 @@
 //! How the other road user of an encounter moves with other parameters.
 //!
-//! A place at time `t` moves along the ego's way by `d = (gap − gap₀) + (closing₀ − closing)·(t − t_m)`, where `t_m` is the moment
-//! of the manoeuvre, on the arc of the way's curvature there, and across it by `S(t; lateral_speed) − S(t; lateral_speed₀)`. `S` is
-//! the smooth step `3u² − 2u³` from the offset before the change of lane to that after it, as fast as fits the recorded one best,
-//! and `u` grows with the lateral speed and is that of the recorded offset at `t_m`. With another start the motion is later as a whole;
-//! gap and closing are then those to where the ego is at the later moment. Before and after its recording it keeps its speed.
+//! A place moves along the ego's way by `d = (gap − gap₀) + (closing₀ − closing)·w`, on the arc of the way's curvature there, and
+//! across it by `S(t; lateral_speed) − S(t; lateral_speed₀)`. `w` is how far it is from its place at the moment `t_m` of the
+//! manoeuvre, along the way, over its speed at that moment: it is slower by the same share all the time, and stands where it stood.
+//! `S` is the smooth step `3u² − 2u³` from the offset before the change of lane to that after it, as fast as fits the recorded one
+//! best; `u` grows with the lateral speed, and is that of the recorded offset at `t_m`. With another start the motion is later as a
+//! whole; gap and closing are then those to where the ego is at the later moment. Before and after its recording it keeps its speed.
 
-use nearmiss_base::geometry::{Point, Pose, Vector};
+use nearmiss_base::geometry::{Point, Pose, ReferencePath, Vector, angle_between};
 use nearmiss_formats::{Formula, VariedVertex};
 use nearmiss_scene::corpus::{Event, EventKind};
 use nearmiss_scene::metrics::Context;
@@ -23,6 +24,45 @@ struct Place {
     heading: f64,
     curvature: f64,
     offset: f64,
+    /// How far it has come along the way, metres.
+    along: f64,
+}
+
+impl Place {
+    /// How much longer the way is at its offset.
+    fn stretch(&self) -> f64 {
+        (1.0 - self.curvature * self.offset).max(0.1)
+    }
+
+    /// Its speed along the ego's way and across it, m/s.
+    fn speeds(&self) -> [f64; 2] {
+        let (sin, cos) = self.heading.sin_cos();
+        let velocity = self.motion.velocity_vector();
+        let along = velocity.dot(&Vector::new(cos, sin)) / self.stretch();
+        [along, velocity.dot(&Vector::new(-sin, cos))]
+    }
+
+    /// How far the next place is along the way, metres.
+    fn way_to(&self, next: &Self) -> f64 {
+        let turned = angle_between(self.heading, next.heading);
+        let (sin, cos) = (self.heading + turned / 2.0).sin_cos();
+        let moved = next.motion.pose.position - self.motion.pose.position;
+        moved.dot(&Vector::new(cos, sin)) / f64::midpoint(self.stretch(), next.stretch())
+    }
+}
+
+/// Direction (rad) and curvature (1/m) of a way around an arc length: the line through its directions 15 m before and after, as
+/// lanes are drawn with corners.
+fn direction(way: &ReferencePath, s: f64) -> [f64; 2] {
+    const AROUND: i32 = 15;
+    let middle = way.at(s).heading;
+    let turned = |i: i32| angle_between(middle, way.at(s + f64::from(i)).heading);
+    let around = -AROUND..=AROUND;
+    let count = f64::from(2 * AROUND + 1);
+    let mean = around.clone().map(turned).sum::<f64>() / count;
+    let squares = around.clone().map(|i| f64::from(i * i)).sum::<f64>();
+    let slope = around.map(|i| f64::from(i) * turned(i)).sum::<f64>() / squares;
+    [middle + mean, slope]
 }
 
 /// A change of lane: the smooth step.
@@ -87,16 +127,21 @@ impl Course {
             .ok_or_else(|| format!("{} is never beside the ego's way", obstacle.id))?;
         let places = obstacle.track().iter().map(|(step, motion)| {
             known = beside(&motion.pose.position).unwrap_or(known);
-            let (at, along) = known;
+            let (at, _) = known;
+            let [heading, curvature] = direction(way, at.s);
             Place {
                 step,
                 motion: *motion,
-                heading: along.heading,
-                curvature: along.curvature,
+                heading,
+                curvature,
                 offset: at.d,
+                along: 0.0,
             }
         });
-        let places: Vec<Place> = places.collect();
+        let mut places: Vec<Place> = places.collect();
+        for i in 1..places.len() {
+            places[i].along = places[i - 1].along + places[i - 1].way_to(&places[i]);
+        }
         let ego = scene.ego.track.iter().filter_map(|(step, motion)| {
             let (at, along) = beside(&motion.pose.position)?;
             let speed = motion.velocity * (motion.pose.heading - along.heading).cos();
@@ -123,6 +168,16 @@ impl Course {
             course.sideways = course.change_of_lane();
         }
         Ok(course)
+    }
+
+    fn at_moment(&self) -> Option<&Place> {
+        self.places.iter().find(|place| place.step == self.moment)
+    }
+
+    /// Whether it drives along the way at the moment.
+    pub fn drives(&self) -> bool {
+        self.at_moment()
+            .is_some_and(|place| place.speeds()[0] > SLOWEST)
     }
 
     pub fn goes_sideways(&self) -> bool {
@@ -221,7 +276,9 @@ impl Course {
             let mut moved = *place;
             moved.step += steps;
             moved.motion.acceleration = 0.0;
-            moved.motion.pose.position += place.motion.velocity_vector() * (steps as f64 * self.dt);
+            let seconds = steps as f64 * self.dt;
+            moved.motion.pose.position += place.motion.velocity_vector() * seconds;
+            moved.along += place.speeds()[0] * seconds;
             moved
         };
         let before = (1..=reach).rev().map(|steps| moved(first, -steps));
@@ -247,16 +304,19 @@ impl Course {
         } else {
             Vec::new()
         };
+        let moment = self.at_moment();
+        let [here, fast] = moment.map_or([0.0, SLOWEST], |at| [at.along, at.speeds()[0]]);
         let vertex = |place: &Place| {
-            let since = (place.step - self.moment) as f64 * self.dt;
-            let stretch = (1.0 - place.curvature * place.offset).max(0.1);
+            let [forwards, across] = place.speeds();
+            let (since, share) = ((place.along - here) / fast, forwards / fast);
             let mut along = &nearer + &slower * since;
             let mut faster = slower.clone();
             for (over, [way, speed]) in &hinges {
                 along = along + over * (way + speed * since);
                 faster = faster + over * *speed;
             }
-            let (along, faster) = (along * stretch, faster * stretch);
+            let stretch = place.stretch();
+            let along = along * stretch;
             let (mut aside, mut outwards) = (Formula::from(0.0), Formula::from(0.0));
             if let Some(sideways) = self
                 .sideways
@@ -280,15 +340,10 @@ impl Course {
             }
             let Pose { position, heading } = place.motion.pose;
             let (sin, cos) = place.heading.sin_cos();
-            let velocity = place.motion.velocity_vector();
-            let (forwards, across) = (
-                velocity.dot(&Vector::new(cos, sin)),
-                velocity.dot(&Vector::new(-sin, cos)),
-            );
-            let direction =
+            let towards =
                 |forwards: Formula, across: Formula| (across / forwards.at_least(SLOWEST)).atan();
-            let before = direction(forwards.into(), across.into());
-            let after = direction(faster + forwards, outwards + across);
+            let before = towards((forwards * stretch).into(), across.into());
+            let after = towards((faster * share + forwards) * stretch, outwards + across);
             VariedVertex {
                 step: place.step,
                 later: start.clone(),
