@@ -72,7 +72,11 @@ pub fn run(arguments: &Drivers) -> Outcome {
                 .map_err(|why| Failure::input(format!("--speed: {why}")))
         });
     }
-    let format = PageFormat::of(arguments.format, file)?;
+    let format = match arguments.vary[..] {
+        [] => PageFormat::of(arguments.format, file)?,
+        // A family has pictures and scenarios, too.
+        _ => PageFormat::Table,
+    };
     if arguments.paths.is_empty() {
         return list(arguments, format);
     }

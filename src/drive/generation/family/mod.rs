@@ -49,9 +49,11 @@ impl Varied {
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {
-            Self::Gap => "from the ego's front to the other's rear at the moment of the manoeuvre",
-            Self::Closing => "the ego's speed minus the other's at that moment",
-            Self::LateralSpeed => "mean speed of the other's centre across the way",
+            Self::Gap => {
+                "from the front of the ego to the rear of the other at the moment of its manoeuvre"
+            }
+            Self::Closing => "speed of the ego minus that of the other at that moment",
+            Self::LateralSpeed => "mean speed of the other across the way while it changes lanes",
             Self::Start => "how much later than recorded the other does it",
         }
     }
@@ -77,8 +79,9 @@ pub struct EncounterFamily<'s> {
     regions: Regions,
 }
 
-/// A manoeuvre that ended so long before an encounter does not lead to it, seconds: drivers are asked from then on.
-const BEFORE: f64 = 5.0;
+/// An encounter that comes later after a manoeuvre does not follow from it, seconds: drivers drive before both, from 5 s before
+/// the encounter on.
+const LATER: f64 = 4.0;
 
 /// An encounter may begin before the body is in the lane, seconds.
 const AFTER: f64 = 1.0;
@@ -113,7 +116,7 @@ impl<'s> EncounterFamily<'s> {
         }
         let dt = scenario.dt();
         let steps = |seconds: f64| (seconds / dt).round() as i64;
-        let leads = moment.step - steps(BEFORE)..=moment.step + steps(AFTER);
+        let leads = moment.step - steps(LATER)..=moment.step + steps(AFTER);
         let all = events(scene, radius).into_iter();
         let event = all
             .filter(|event| event.obstacle == id && leads.contains(&event.first_step))
@@ -196,7 +199,7 @@ impl<'s> EncounterFamily<'s> {
         Scene::new(Arc::new(scenario), self.scene.ego.clone())
     }
 
-    /// What drivers make of a case, around its most severe moment.
+    /// What drivers make of a case, around its most severe moment until 4 s after the manoeuvre.
     ///
     /// # Errors
     /// Nothing can be said of it: its vehicle could not drive so, it touches someone else before, or the encounter begins with
@@ -209,7 +212,13 @@ impl<'s> EncounterFamily<'s> {
         let context = Context::under(&scene, self.thresholds);
         let place = { context.participants().iter() }.position(|one| one.obstacle.id == id);
         let moments = Moments::new(&context);
-        let worst = place.and_then(|place| moments.with(place).worst(context.steps()));
+        let first = self
+            .event
+            .as_ref()
+            .map_or(self.step, |event| event.first_step);
+        let last = first as f64 + (values[Varied::Start as usize] + LATER) / self.dt();
+        let steps = context.steps().take_while(|step| *step as f64 <= last);
+        let worst = place.and_then(|place| moments.with(place).worst(steps));
         let worst = worst.ok_or("it is never there with the ego")?;
         self.is_alone(&scene.scenario, moved, worst.step)?;
         let field =

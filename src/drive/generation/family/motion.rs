@@ -71,7 +71,7 @@ struct Sideways {
     /// Offset before and after, metres.
     from: f64,
     to: f64,
-    /// The step that stays where it is, with a half between two.
+    /// The step at which the offset stays what it is, in parts of steps.
     anchor: f64,
     /// The share of the time that is over then.
     share: f64,
@@ -165,7 +165,13 @@ impl Course {
             places,
         };
         if event.is_some_and(|event| event.lateral_speed.is_some_and(|speed| speed > SIDEWAYS)) {
-            course.sideways = course.change_of_lane();
+            let length = obstacle
+                .footprint
+                .as_ref()
+                .map(|body| body.shape().size().0);
+            // Who comes in crosses the border with its front first, who leaves with its rear last.
+            let half = length.unwrap_or_default() / if is_ahead { 2.0 } else { -2.0 };
+            course.sideways = course.change_of_lane(half);
         }
         Ok(course)
     }
@@ -196,8 +202,9 @@ impl Course {
         (seconds / self.dt).round() as i64
     }
 
-    /// The smooth step that fits the change of lane around the moment best.
-    fn change_of_lane(&self) -> Option<Sideways> {
+    /// The smooth step that fits the change of lane around the moment best. What crosses the border is so far ahead of the centre
+    /// (m): as it turns less where it changes lanes slowly, its centre stays where it is once that far on.
+    fn change_of_lane(&self, ahead: f64) -> Option<Sideways> {
         let at = { self.places.iter() }.position(|place| place.step == self.moment)?;
         let offset = |place: usize| self.places[place].offset;
         let last = self.places.len() - 1;
@@ -242,7 +249,13 @@ impl Course {
         };
         // From a change that takes 20 s to one that takes 0.2 s.
         let rates = (0..=400).map(|i| with(0.05 * 100_f64.powf(f64::from(i) / 400.0)));
-        rates.min_by(|a, b| off(a).total_cmp(&off(b)))
+        let best = rates.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let seconds = ahead / self.places[at].speeds()[0].max(SLOWEST);
+        Some(Sideways {
+            anchor: anchor + seconds / self.dt,
+            share: best.share + best.rate * seconds,
+            ..best
+        })
     }
 
     /// How far the ego is along its way at a moment from that of the manoeuvre on (m), and how much faster (m/s): so many steps
@@ -449,13 +462,13 @@ fn smooth(u: f64) -> f64 {
 }
 
 impl Sideways {
-    /// Offset (m) and speed (m/s) across the way at a step, so many times as fast as recorded.
+    /// How far it has come (m) and how fast it is (m/s) across the way at a step, so many times as fast as recorded.
     fn at(&self, step: i64, dt: f64, faster: &Formula) -> [Formula; 2] {
         let since = (step as f64 - self.anchor) * dt * self.rate;
         let u = (faster * since + self.share).at_least(0.0).at_most(1.0);
         let way = self.to - self.from;
         [
-            &u * &u * (&u * -2.0 + 3.0) * way + self.from,
+            &u * &u * (&u * -2.0 + 3.0) * way,
             &u * (&u * -1.0 + 1.0) * faster * (6.0 * way * self.rate),
         ]
     }

@@ -44,12 +44,15 @@ impl EncounterFamily<'_> {
             let most = same.map(|before| before.value).fold(one.most, f64::max);
             one.value > AS_RECORDED * most
         });
-        match worse.max_by(|a, b| a.excess().total_cmp(&b.excess())) {
+        // Who drives backwards breaks other bounds, too.
+        let rank = |one: &Broken| (one.bound == Bound::Backwards, one.excess());
+        let worst = worse.max_by(|a, b| {
+            let (a, b) = (rank(a), rank(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        match worst {
             None => Ok(()),
-            Some(Broken {
-                bound: Bound::Backwards,
-                ..
-            }) => Err("it drives backwards".into()),
+            Some(one) if one.bound == Bound::Backwards => Err("it drives backwards".into()),
             Some(one) => Err(format!(
                 "{} {:.2} {}, at most {:.2}",
                 one.bound.name(),
