@@ -103,6 +103,9 @@ const ASIDE: f64 = 0.3;
 /// What is slower along the way has no direction that follows from its speed, m/s.
 const SLOWEST: f64 = 0.5;
 
+/// What moves back no faster stands, m/s.
+const STANDSTILL: f64 = 1e-3;
+
 /// A way that bends less is straight, 1/m.
 const STRAIGHT: f64 = 1e-7;
 
@@ -414,9 +417,14 @@ impl Course {
         let recorded: Vec<Pose> = places.iter().map(|place| place.motion.pose).collect();
         // Speeds and accelerations are the recorded ones, and what differences of places add.
         let (now, then) = (self.speeds(&poses), self.speeds(&recorded));
-        let speeds: Vec<f64> = (0..places.len())
-            .map(|i| places[i].motion.velocity + now[i] - then[i])
-            .collect();
+        let speed = |i: usize| {
+            let before = places[i].motion.velocity;
+            let speed = before + now[i] - then[i];
+            // Where it stops, differences over a step are rough.
+            let is_forwards = before >= 0.0 && now[i] >= -STANDSTILL;
+            if is_forwards { speed.max(0.0) } else { speed }
+        };
+        let speeds: Vec<f64> = (0..places.len()).map(speed).collect();
         let added: Vec<f64> = { speeds.iter().zip(&places) }
             .map(|(speed, place)| speed - place.motion.velocity)
             .collect();
