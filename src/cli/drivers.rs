@@ -1,8 +1,9 @@
-//! `nearmiss drivers`: which models of drivers avoid the contacts and near misses of recordings, or cases of a
-//! family; without either, the models.
+//! `nearmiss drivers`: which models of drivers avoid the contacts and near misses of recordings, cases of a family, or those of
+//! one encounter; without either, the models.
 
 use std::path::{Path, PathBuf};
 
+use super::convert::save_converted;
 use super::corpus::save_picture;
 use super::ending::interrupted;
 use super::files::{Inputs, Labels};
@@ -17,8 +18,11 @@ use nearmiss_record::{Cell, Column, Kind, Row, text_table};
 use nearmiss_render::Format as PictureFormat;
 use nearmiss_scene::metrics::{SEVERITY_NAMES, Thresholds};
 use nearmiss_scene::scenario::Scene;
+use nearmiss_workflow::SimulatedEgo;
+use nearmiss_workflow::convert::{ConvertRequest, Part, Target, convert_varied};
 use nearmiss_workflow::tables::{
-    Encounter, FamilyResults, RowFile, encounter_rows, encounter_table, encounters, left_out,
+    Encounter, EncounterCases, FamilyResults, RowFile, Vary, encounter_rows, encounter_table,
+    encounters, left_out,
 };
 
 /// Arguments of `drivers`.
@@ -35,6 +39,17 @@ pub struct Drivers {
     /// Only cases with these speeds of the ego (km/h), separated by commas.
     #[arg(long, value_name = "KMH", value_delimiter = ',', requires = "family")]
     speed: Vec<i64>,
+    /// Drive a family of the most severe encounter of one scenario instead: up to three of gap (m), closing (m/s),
+    /// lateral_speed (m/s) and start (s), as gap=2..20, gap=2..20:0.5 with its step, or gap for values around the recorded one;
+    /// -o FILE.svg or .png draws the boundary of preventability, -o FILE.xosc writes it with these parameters.
+    #[arg(
+        long,
+        value_name = "PARAMETER,…",
+        value_delimiter = ',',
+        requires = "paths",
+        conflicts_with = "family"
+    )]
+    vary: Vec<Vary>,
     /// Format of the table [default: from the file name, else table].
     #[arg(long, value_enum)]
     format: Option<PageFormat>,
@@ -48,9 +63,16 @@ pub struct Drivers {
 pub fn run(arguments: &Drivers) -> Outcome {
     let file = arguments.output.file();
     if let Some(family) = arguments.family {
-        return drive(family, arguments);
+        return drive(arguments, || {
+            FamilyResults::of(family, &arguments.speed)
+                .map_err(|why| Failure::input(format!("--speed: {why}")))
+        });
     }
-    let format = PageFormat::of(arguments.format, file)?;
+    let format = match arguments.vary[..] {
+        [] => PageFormat::of(arguments.format, file)?,
+        // A family has pictures and scenarios, too.
+        _ => PageFormat::Table,
+    };
     if arguments.paths.is_empty() {
         return list(arguments, format);
     }
@@ -61,6 +83,9 @@ pub fn run(arguments: &Drivers) -> Outcome {
     let entries = arguments.part.of(found(&arguments.paths)?);
     Inputs::of(&entries).spare(file)?;
     let ego = arguments.ego.wanted(&entries)?;
+    if !arguments.vary.is_empty() {
+        return vary(arguments, &entries, &ego, &thresholds);
+    }
     let labels = Labels::new(&entries);
     let stop = interrupted(file.is_some());
     let mut failed = Failed::of(entries.len());
@@ -94,16 +119,65 @@ pub fn run(arguments: &Drivers) -> Outcome {
     failed.end("judged")
 }
 
-/// Every case of a family: a table, the boundary in words, or a figure of it.
-fn drive(family: Family, arguments: &Drivers) -> Outcome {
-    let file = arguments.output.file();
-    let results = || {
-        FamilyResults::of(family, &arguments.speed)
-            .map_err(|why| Failure::input(format!("--speed: {why}")))
+/// The family of the most severe encounter of the only scenario.
+fn vary(
+    arguments: &Drivers,
+    entries: &[Entry],
+    ego: &EgoSelection,
+    thresholds: &Thresholds,
+) -> Outcome {
+    let [entry] = entries else {
+        return Err(Failure::input(format!(
+            "--vary is for one scenario, and not for {}; name one file",
+            entries.len()
+        )));
     };
-    let picture =
-        |file: &&Path| PictureFormat::of_file(file).is_some_and(PictureFormat::is_picture);
-    if let (Some(file), None) = (file.filter(picture), arguments.format) {
+    let (scene, said) = scene_and_doubts(entry, ego)?;
+    said.iter().for_each(|said| output::say(said));
+    let name = output::visible(&entry.name);
+    let cases = EncounterCases::of(&name, &scene, thresholds, &arguments.vary);
+    let (cases, family) = cases.map_err(|why| {
+        let file = output::visible(&entry.display());
+        Failure::input(format!("{file}: --vary: {why}"))
+    })?;
+    let file = arguments.output.file();
+    if let Some(file) = file.filter(|file| Target::of_ending(file) == Some(Target::OpenScenario)) {
+        if arguments.format.is_some() {
+            return Err(Failure::input(
+                "--format is that of a table; leave it out for OpenSCENARIO",
+            ));
+        }
+        let request = ConvertRequest {
+            entry,
+            target: Target::OpenScenario,
+            file: Some(file),
+            part: &Part::default(),
+            ego: &SimulatedEgo::Follows(ego.clone()),
+            to_schema: false,
+        };
+        let written = convert_varied(&request, &scene, &cases.varied(&family));
+        let written = written.map_err(Failure::input)?;
+        let how = [arguments.output.overwrites(), false];
+        return save_converted(&request, &written, how, &Inputs::of(entries));
+    }
+    if file.is_some_and(is_picture) && !cases.has_figure() {
+        return Err(Failure::input(
+            "a figure has two axes: vary two or three parameters",
+        ));
+    }
+    drive(arguments, || {
+        Ok(FamilyResults::of_encounter(cases, &family))
+    })
+}
+
+fn is_picture(file: &Path) -> bool {
+    PictureFormat::of_file(file).is_some_and(PictureFormat::is_picture)
+}
+
+/// Every case of a family: a table, the boundary in words, or a figure of it.
+fn drive(arguments: &Drivers, results: impl FnOnce() -> Result<FamilyResults, Failure>) -> Outcome {
+    let file = arguments.output.file();
+    if let (Some(file), None) = (file.filter(|file| is_picture(file)), arguments.format) {
         let overwrites = arguments.output.overwrites();
         return save_picture(&results()?.chart().picture(), file, overwrites);
     }

@@ -17,7 +17,10 @@ pub use ego::{
     find_recording, read_ego, read_ego_file, write_recording, write_sized_recording,
 };
 pub use library::{Entry, EntryLocation, bundled, resolved};
-pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
+pub use openscenario::{
+    Export, Exported, ExportedEgo, Formula, VariedMotion, VariedParameter, VariedVertex,
+    write_openscenario,
+};
 pub use recordings::{
     Columns, ColumnsError, Forecast, LONGEST_PLAY, LongRecording, NamedTable, Player, RankedMoment,
     TableOptions, check_table, check_table_options, look_for_maps_in, play_with, read_forecasts,

@@ -9,7 +9,9 @@ use super::{OpenRequest, PlanRequest, StandIn, open, prepare};
 use nearmiss_base::system;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
-use nearmiss_formats::{EgoSelection, Entry, Export, Exported, ExportedEgo, write_openscenario};
+use nearmiss_formats::{
+    EgoSelection, Entry, Export, Exported, ExportedEgo, VariedMotion, write_openscenario,
+};
 use nearmiss_scene::scenario::{
     Ego, EgoSource, PlanningProblem, Sample, Scenario, Track, VehicleType,
 };
@@ -38,6 +40,8 @@ pub struct ExportRequest<'a> {
     pub is_free: bool,
     /// The name of the file with the roads.
     pub road_file: &'a str,
+    /// An obstacle whose motion follows from parameters.
+    pub varied: Option<&'a VariedMotion>,
 }
 
 /// A scenario, and its ego where it has one.
@@ -125,6 +129,7 @@ pub fn export_to_simulator(request: &ExportRequest<'_>) -> Result<Exported, Stri
         road_file: request.road_file,
         properties: &properties,
         about: &about,
+        varied: request.varied,
     };
     write_openscenario(&export).map_err(|e| named(entry, e.to_string()))
 }

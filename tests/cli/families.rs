@@ -171,3 +171,152 @@ fn the_figure_names_its_drivers_and_mistakes_are_said() {
     let both = drive(&["braking", super::CUT_IN]).status(2);
     both.says(&["cannot be used with"]);
 }
+
+fn bundled(name: &str) -> String {
+    format!("ZAM_{name}-1_1_T-1")
+}
+
+/// Gaps and closing speeds of the bundled cut-in: closing faster takes a larger gap.
+#[test]
+fn a_scenario_has_a_family_in_every_format() {
+    let home = Home::new();
+    let cut_in = bundled("CutIn");
+    let vary = |more: &[&str]| {
+        let told = ["drivers", &cut_in, "--vary", "gap=2..12,closing=4..8:2"];
+        home.run(&[&told[..], more].concat())
+    };
+    let csv = vary(&["--format", "csv"]).status(0).stdout;
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let cases: Vec<Case> = reader.deserialize().map(Result::unwrap).collect();
+    assert_eq!(cases.len(), 21 * 3);
+    let smallest = |driver: &str| -> Vec<f64> {
+        let lines = lines(&cases, &["closing"]);
+        let avoided = |line: Vec<&Case>| {
+            let last = line.iter().rposition(|case| case[driver] != "avoided");
+            last.map_or(0.0, |last| number(line[last], "gap"))
+        };
+        lines.into_iter().map(avoided).collect()
+    };
+    for driver in ["cc", "r157", "rss", "nieon"] {
+        let limits = smallest(driver);
+        assert!(
+            limits.is_sorted() && limits[0] < limits[2],
+            "{driver} {limits:?}"
+        );
+    }
+    assert!(smallest("ideal").iter().all(|gap| *gap == 0.0));
+    assert!(cases.iter().all(|case| case["invalid"].is_empty()));
+    let json = vary(&["--format", "json"]).status(0).json_lines();
+    for (json, csv) in json.iter().zip(&cases) {
+        assert_eq!(json["cc"], csv["cc"].as_str());
+        assert_eq!(json["gap"].as_f64(), Some(number(csv, "gap")));
+    }
+    let text = vary(&[]).status(0).stdout;
+    let told = [
+        "closing m/s",
+        "conflict with 301 at 4.4 s, cut_in at 3.9 s: gap 5.04 m, closing 6.23 m/s",
+        "63 cases",
+    ];
+    assert!(told.iter().all(|words| text.contains(words)), "{text}");
+    vary(&["-o", "a.svg"]).status(0);
+    let svg = std::fs::read_to_string(home.files().join("a.svg")).unwrap();
+    for words in ["cc", "ideal", "gap (m)", "closing (m/s)"] {
+        assert!(svg.contains(&format!(">{words}<")), "{words}");
+    }
+    assert!(!svg.contains(">impossible<"));
+    vary(&["-o", "a.parquet"]).status(0);
+}
+
+/// The case of a value is what drivers make of the file that was written with it.
+#[test]
+fn drivers_judge_a_written_case_as_in_its_family() {
+    let home = Home::new();
+    let cut_in = bundled("CutIn");
+    let told = [
+        "drivers",
+        &cut_in,
+        "--vary",
+        "gap=8..8,lateral_speed=1.8..1.8",
+    ];
+    let case = home.run(&[&told[..], &["--format", "json"]].concat());
+    let case = case.status(0).json_lines().remove(0);
+    home.run(&[&told[..], &["-o", "a.xosc"]].concat()).status(0);
+    let path = home.files().join("a.xosc");
+    let mut text = std::fs::read_to_string(&path).unwrap();
+    for (name, value) in [("gap", "8"), ("lateral_speed", "1.8")] {
+        let named = format!(r#"name="{name}" parameterType="double" value=""#);
+        let (before, after) = text.split_once(&named).unwrap();
+        let (_, after) = after.split_once('"').unwrap();
+        text = format!("{before}{named}{value}\"{after}");
+        assert!(text.contains(r#"<ValueConstraint rule="lessOrEqual""#));
+    }
+    std::fs::write(&path, text).unwrap();
+    let judged = home.run(&["drivers", "a.xosc", "--format", "json"]);
+    let judged = judged.status(0).json_lines().remove(0);
+    for driver in ["cc", "r157", "rss", "fsm", "nieon", "ideal"] {
+        assert_eq!(case[driver], judged[driver], "{driver}");
+    }
+    let again = home.run(&[&told[..], &["-o", "a.xosc"]].concat());
+    again.status(2).says(&["a.xosc", "--overwrite"]);
+}
+
+#[test]
+fn what_cannot_be_varied_says_why() {
+    let home = Home::new();
+    let refused = |name: &str, vary: &str, more: &[&str], says: &[&str]| {
+        let told = ["drivers", &bundled(name), "--vary", vary];
+        home.run(&[&told[..], more].concat()).status(2).says(says);
+    };
+    refused(
+        "RedLight",
+        "gap",
+        &[],
+        &["301 does not cut in", "vary start"],
+    );
+    refused(
+        "HardBraking",
+        "lateral_speed",
+        &[],
+        &["brakes ahead", "vary gap"],
+    );
+    refused("Merge", "gap", &[], &["no contact, conflict or near miss"]);
+    refused("CutIn", "speed", &[], &["unknown parameter `speed`"]);
+    refused(
+        "CutIn",
+        "gap=2-20",
+        &[],
+        &["gap: `2-20` is no range", "2..20"],
+    );
+    refused("CutIn", "gap=20..2", &[], &["ends before it begins"]);
+    refused("CutIn", "gap=2..20:0", &[], &["is not above 0"]);
+    refused("CutIn", "gap,gap=2..3", &[], &["gap is named twice"]);
+    refused("CutIn", "lateral_speed=0..1", &[], &["above 0"]);
+    refused("CutIn", "start=0..1:0.25", &[], &["time steps of 0.1 s"]);
+    refused(
+        "CutIn",
+        "gap,closing,lateral_speed,start",
+        &[],
+        &["three parameters"],
+    );
+    refused(
+        "CutIn",
+        "gap=0..9:0.001,closing=0..9:1",
+        &[],
+        &["at most 20000"],
+    );
+    refused("CutIn", "gap", &["-o", "a.svg"], &["two axes"]);
+    refused(
+        "CutIn",
+        "gap",
+        &["-o", "a.zip"],
+        &["unknown file extension"],
+    );
+    refused("CutIn", "gap", &[&bundled("Merge")], &["one scenario", "2"]);
+    refused(
+        "CutIn",
+        "gap",
+        &["--family", "cut-in"],
+        &["cannot be used with"],
+    );
+    home.run(&["drivers", "--vary", "gap"]).status(2);
+}

@@ -7,6 +7,7 @@ mod commonroad;
 mod crop;
 mod drivers;
 mod egos;
+mod encounter_families;
 mod generating;
 mod generation;
 mod generation_gate;

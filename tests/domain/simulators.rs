@@ -27,6 +27,7 @@ fn exported(entry: &Entry, road_file: &str) -> (Arc<Scene>, Exported) {
         road_file,
         properties: &BTreeMap::new(),
         about: &[],
+        varied: None,
     });
     (Arc::new(scene.clone()), written.unwrap())
 }

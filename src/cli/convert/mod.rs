@@ -197,24 +197,37 @@ impl Conversion<'_> {
 
     fn write(&self, entry: &Entry, converted: Converted) -> Result<(Vec<PathBuf>, Notes), Failure> {
         let (file, resumes) = (self.file(Some(entry)), self.arguments.many.resume);
-        let saved = self.request(entry, file.as_deref()).save(
-            &converted.files,
-            self.arguments.overwrite,
-            resumes,
-            |path| self.inputs.have(path),
-        );
-        saved.map_err(|error| match error {
-            WriteError::Save(SaveError::Exists(_)) => {
-                Failure::input(format!("{error} (--overwrite)"))
-            }
-            _ => Failure::input(error),
-        })?;
-        if let Some(text) = &converted.printed {
-            output::text(text)?;
-        }
-        converted.said.iter().for_each(|said| output::say(said));
+        let request = self.request(entry, file.as_deref());
+        save_converted(
+            &request,
+            &converted,
+            [self.arguments.overwrite, resumes],
+            &self.inputs,
+        )?;
         let files = converted.files.into_iter().map(|(path, _)| path);
         let fits = converted.fits;
         Ok((files.collect(), Notes { fits }))
     }
+}
+
+/// Writes the files of a scenario, prints what has none, and says what is said of it: whether it overwrites files, and whether it
+/// goes on with an earlier run.
+pub fn save_converted(
+    request: &ConvertRequest<'_>,
+    converted: &Converted,
+    [overwrite, resumes]: [bool; 2],
+    inputs: &Inputs,
+) -> Outcome {
+    let saved = request.save(&converted.files, overwrite, resumes, |path| {
+        inputs.have(path)
+    });
+    saved.map_err(|error| match error {
+        WriteError::Save(SaveError::Exists(_)) => Failure::input(format!("{error} (--overwrite)")),
+        _ => Failure::input(error),
+    })?;
+    if let Some(text) = &converted.printed {
+        output::text(text)?;
+    }
+    converted.said.iter().for_each(|said| output::say(said));
+    Ok(())
 }

@@ -10,6 +10,7 @@ mod change;
 mod closed_loop_screening;
 mod effect;
 mod evasive_search;
+mod family;
 mod gate;
 mod manifest;
 pub mod manoeuvre;
@@ -38,6 +39,7 @@ pub use change::{Change, ChangeError, JointChange, MOST_ATTACKERS};
 pub use closed_loop_screening::{Baseline, ClosedLoop, NEAR_MISS, StagedDrive};
 pub use effect::{AttackerEffect, Consequence, Effect, RiskCurve, SelectedAttack, choose};
 pub use evasive_search::EvasiveManoeuvre;
+pub use family::{EncounterFamily, Values, Varied};
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
 pub use manifest::{
     AttackerRecord, CertificateRecord, ContactRecord, DriveEnd, EvasionRecord, LogLikelihoods,

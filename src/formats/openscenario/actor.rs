@@ -1,6 +1,7 @@
 //! Entities of a scenario: what takes part, where it is when, and what of it is written beside.
 
 use super::entities;
+use super::varied::VariedVertex;
 use nearmiss_base::geometry::{Point, Pose, Shape};
 use nearmiss_scene::scenario::{
     Ego, Motion, Obstacle, ObstacleRole, ObstacleType, Prediction, Scenario, StateField,
@@ -23,6 +24,24 @@ pub struct Actor {
     pub is_free: bool,
     /// Names and values.
     pub properties: Vec<(String, String)>,
+    /// Where it is instead, where that follows from parameters.
+    pub varied: Vec<VariedVertex>,
+}
+
+/// The property with velocities.
+const VELOCITY: &str = "commonroad_velocity";
+
+/// The property with accelerations.
+const ACCELERATION: &str = "commonroad_acceleration";
+
+impl Actor {
+    /// It moves as parameters say, and has the speeds that follow.
+    pub fn vary(&mut self, vertices: &[VariedVertex]) {
+        self.varied = vertices.to_vec();
+        let recorded = [VELOCITY, ACCELERATION];
+        self.properties
+            .retain(|(name, _)| !recorded.contains(&&**name));
+    }
 }
 
 /// The box around a body.
@@ -152,6 +171,7 @@ fn of_ego(ego: &Ego, is_free: bool, scenario: &Scenario, notes: &mut Notes) -> A
         stands: false,
         is_free,
         properties,
+        varied: Vec::new(),
     }
 }
 
@@ -210,6 +230,7 @@ fn of_obstacle(obstacle: &Obstacle, notes: &mut Notes) -> Option<Actor> {
         stands,
         is_free: false,
         properties,
+        varied: Vec::new(),
     })
 }
 
@@ -249,10 +270,10 @@ fn speeds(stretches: &[Vec<(i64, Motion)>], has_accelerations: bool) -> Vec<(Str
         let all = stretches.iter().flatten().map(|(_, m)| of(m).to_string());
         all.collect::<Vec<_>>().join(" ")
     };
-    let mut all = vec![("commonroad_velocity".to_string(), list(|m| m.velocity))];
+    let mut all = vec![(VELOCITY.to_string(), list(|m| m.velocity))];
     if has_accelerations {
         let accelerations = list(|m| m.acceleration);
-        all.push(("commonroad_acceleration".to_string(), accelerations));
+        all.push((ACCELERATION.to_string(), accelerations));
     }
     all.extend(single_states(stretches));
     all

@@ -2,10 +2,14 @@
 
 mod actor;
 pub(super) mod entities;
+mod formula;
 mod storyboard;
+mod varied;
 
 pub use actor::ExportedEgo;
 pub(super) use actor::{Actor, Notes, SINGLE_STATES, actors};
+pub use formula::Formula;
+pub use varied::{VariedMotion, VariedParameter, VariedVertex};
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -32,6 +36,8 @@ pub struct Export<'a> {
     pub properties: &'a BTreeMap<i64, Vec<(String, String)>>,
     /// More that is known of the scenario: names and values.
     pub about: &'a [(String, String)],
+    /// An obstacle whose motion follows from parameters.
+    pub varied: Option<&'a VariedMotion>,
 }
 
 /// The two files of an export.
@@ -65,6 +71,10 @@ pub fn write_openscenario(export: &Export<'_>) -> Result<Exported, WriteError> {
         };
         let more = id.and_then(|id| export.properties.get(&id));
         actor.properties.extend(more.into_iter().flatten().cloned());
+        let varied = export.varied.filter(|varied| Some(varied.obstacle) == id);
+        if let Some(varied) = varied {
+            actor.vary(&varied.vertices);
+        }
     }
     let mut clock = clock(scenario, &all);
     if let ExportedEgo::Follows(ego) = export.ego
@@ -159,6 +169,9 @@ fn bytes(export: &Export<'_>, actors: &[Actor], clock: Clock) -> Result<Vec<u8>,
                 })
             })
         })?;
+        if let Some(varied) = export.varied {
+            varied.declare(out)?;
+        }
         out.empty("CatalogLocations", &[])?;
         out.element("RoadNetwork", &[], |out| {
             out.empty("LogicFile", &[("filepath", export.road_file.to_string())])?;

@@ -1,6 +1,7 @@
 //! The storyboard: where entities begin, what they follow, when they appear and vanish.
 
 use super::actor::{Actor, nudged};
+use super::formula::Formula;
 use crate::commonroad::WriteError;
 use crate::commonroad::writer::{XmlWriter, number};
 use nearmiss_base::geometry::Pose;
@@ -101,7 +102,7 @@ fn init(out: &mut XmlWriter, actor: &Actor, clock: Clock) -> Result<(), WriteErr
     };
     out.element("Private", &[("entityRef", actor.name.clone())], |out| {
         out.element("PrivateAction", &[], |out| {
-            out.element("TeleportAction", &[], |out| position(out, &first.pose))
+            out.element("TeleportAction", &[], |out| begin(out, actor, stretch))
         })?;
         if actor.is_free {
             return speed(out, first.velocity);
@@ -151,7 +152,7 @@ fn group(out: &mut XmlWriter, actor: &Actor, clock: Clock) -> Result<(), WriteEr
         })?;
         out.element("Maneuver", &name("presence of"), |out| {
             for (i, stretch) in actor.stretches.iter().enumerate() {
-                let Some((step, first)) = stretch.first() else {
+                let Some((step, _)) = stretch.first() else {
                     continue;
                 };
                 if *step > clock.origin {
@@ -162,7 +163,7 @@ fn group(out: &mut XmlWriter, actor: &Actor, clock: Clock) -> Result<(), WriteEr
                             let entity = [("entityRef", actor.name.clone())];
                             out.element("EntityAction", &entity, |out| {
                                 out.element("AddEntityAction", &[], |out| {
-                                    position(out, &first.pose)
+                                    begin(out, actor, stretch)
                                 })
                             })
                         })
@@ -222,11 +223,11 @@ fn trigger(out: &mut XmlWriter, element: &str, name: &str, at: f64) -> Result<()
     })
 }
 
-fn position(out: &mut XmlWriter, pose: &Pose) -> Result<(), WriteError> {
+fn position(out: &mut XmlWriter, [x, y, h]: [&Formula; 3]) -> Result<(), WriteError> {
     let at = [
-        ("x", number(pose.position.x)),
-        ("y", number(pose.position.y)),
-        ("h", number(pose.heading)),
+        ("x", x.to_string()),
+        ("y", y.to_string()),
+        ("h", h.to_string()),
     ];
     out.element("Position", &[], |out| out.empty("WorldPosition", &at))
 }
@@ -235,21 +236,78 @@ fn position(out: &mut XmlWriter, pose: &Pose) -> Result<(), WriteError> {
 fn from_start(
     out: &mut XmlWriter,
     actor: &Actor,
-    start: &Pose,
-    pose: &Pose,
+    start: &Vertex,
+    vertex: &Vertex,
 ) -> Result<(), WriteError> {
-    let away = pose.position - start.position;
     let attributes = [
         ("entityRef", actor.name.clone()),
-        ("dx", number(away.x)),
-        ("dy", number(away.y)),
+        ("dx", (&vertex.x - &start.x).to_string()),
+        ("dy", (&vertex.y - &start.y).to_string()),
     ];
-    let orientation = [("type", "absolute".into()), ("h", number(pose.heading))];
+    let orientation = [("type", "absolute".into()), ("h", vertex.h.to_string())];
     out.element("Position", &[], |out| {
         out.element("RelativeWorldPosition", &attributes, |out| {
             out.empty("Orientation", &orientation)
         })
     })
+}
+
+/// A place of a trajectory as it is written.
+struct Vertex {
+    /// Seconds.
+    time: Formula,
+    x: Formula,
+    y: Formula,
+    h: Formula,
+    /// Metres from the one before, as recorded.
+    away: Option<f64>,
+}
+
+impl Vertex {
+    fn place(&self) -> [&Formula; 3] {
+        [&self.x, &self.y, &self.h]
+    }
+}
+
+/// Where an entity begins in a stretch: at a recorded place, or at the one that parameters say.
+fn begin(out: &mut XmlWriter, actor: &Actor, stretch: &[(i64, Motion)]) -> Result<(), WriteError> {
+    let Some((step, first)) = stretch.first() else {
+        return Ok(());
+    };
+    if let Some(varied) = actor.varied.iter().find(|vertex| vertex.step == *step) {
+        return position(out, [&varied.x, &varied.y, &varied.heading]);
+    }
+    let Pose {
+        position: at,
+        heading,
+    } = first.pose;
+    position(out, [&at.x.into(), &at.y.into(), &heading.into()])
+}
+
+/// The trajectory of a stretch.
+fn vertices(actor: &Actor, stretch: &[(i64, Motion)], clock: Clock) -> Vec<Vertex> {
+    let time = |step: i64| Formula::from(clock.time(step));
+    if !actor.varied.is_empty() {
+        let all = actor.varied.iter().map(|vertex| Vertex {
+            time: time(vertex.step) + &vertex.later,
+            x: vertex.x.clone(),
+            y: vertex.y.clone(),
+            h: vertex.heading.clone(),
+            away: None,
+        });
+        return all.collect();
+    }
+    let poses = written(stretch);
+    let before = std::iter::once(None).chain(poses.iter().map(Some));
+    let all = stretch.iter().zip(&poses).zip(before);
+    let all = all.map(|(((step, _), pose), before)| Vertex {
+        time: time(*step),
+        x: pose.position.x.into(),
+        y: pose.position.y.into(),
+        h: pose.heading.into(),
+        away: before.map(|before| (pose.position - before.position).norm()),
+    });
+    all.collect()
 }
 
 fn follow(
@@ -259,7 +317,8 @@ fn follow(
     place: usize,
     clock: Clock,
 ) -> Result<(), WriteError> {
-    let Some(start) = stretch.first().map(|(_, m)| m.pose) else {
+    let vertices = vertices(actor, stretch, clock);
+    let Some(start) = vertices.first() else {
         return Ok(());
     };
     let trajectory = [
@@ -271,7 +330,6 @@ fn follow(
         ("scale", "1.0".into()),
         ("offset", "0.0".into()),
     ];
-    let poses = written(stretch);
     out.element("PrivateAction", &[], |out| {
         out.element("RoutingAction", &[], |out| {
             out.element("FollowTrajectoryAction", &[], |out| {
@@ -280,19 +338,15 @@ fn follow(
                     out.element("Trajectory", &trajectory, |out| {
                         out.element("Shape", &[], |out| {
                             out.element("Polyline", &[], |out| {
-                                let mut before: Option<Pose> = None;
-                                for ((step, _), pose) in stretch.iter().zip(&poses) {
-                                    let away = before.map(|b| (pose.position - b.position).norm());
-                                    let time = [("time", number(clock.time(*step)))];
-                                    out.element("Vertex", &time, |out| match away {
+                                vertices.iter().try_for_each(|vertex| {
+                                    let time = [("time", vertex.time.to_string())];
+                                    out.element("Vertex", &time, |out| match vertex.away {
                                         Some(away) if away < POSITION_TOLERANCE => {
-                                            from_start(out, actor, &start, pose)
+                                            from_start(out, actor, start, vertex)
                                         }
-                                        _ => position(out, pose),
-                                    })?;
-                                    before = Some(*pose);
-                                }
-                                Ok(())
+                                        _ => position(out, vertex.place()),
+                                    })
+                                })
                             })
                         })
                     })

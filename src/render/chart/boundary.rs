@@ -16,6 +16,8 @@ pub struct BoundaryPanel {
     /// For each driver of the chart, in its order, whether it avoids each case: by `across`, then `up`; empty for a driver
     /// without a rule.
     pub avoided: Vec<Vec<bool>>,
+    /// The cases that could not be, in the same order.
+    pub invalid: Vec<bool>,
 }
 
 /// Panels with the same axes.
@@ -44,6 +46,9 @@ const HIGHEST: f64 = 220.0;
 
 /// Size of numbers at the axes, points.
 const SMALL: f64 = 6.5;
+
+/// Half the size of the cross of an impossible case, points.
+const CROSS: f64 = 1.6;
 
 /// A shape of fewer cases has no mark.
 const MARKED: usize = 8;
@@ -110,13 +115,22 @@ impl BoundaryChart {
             height: 8.0,
         };
         picture.rectangle(&swatch, Some(self.shade()), None);
-        let words = Text::new(
-            (x + 16.0, base),
-            "nobody avoids contact",
-            LETTERS,
-            palette.text,
-        );
-        picture.text(words);
+        let nobody = "nobody avoids contact";
+        picture.text(Text::new((x + 16.0, base), nobody, LETTERS, palette.text));
+        let mut panels = self.rows.iter().flatten();
+        if panels.any(|panel| panel.invalid.contains(&true)) {
+            x += 16.0 + Text::width(nobody, LETTERS) + 9.0;
+            self.cross(picture, (x + CROSS, middle));
+            let at = (x + 2.0 * CROSS + 4.0, base);
+            picture.text(Text::new(at, "impossible", LETTERS, palette.text));
+        }
+    }
+
+    /// A case that could not be.
+    fn cross(&self, picture: &mut Picture, (x, y): Spot) {
+        let stroke = || Stroke::new(self.palette.dim, 0.5);
+        picture.line(&[(x - CROSS, y - CROSS), (x + CROSS, y + CROSS)], stroke());
+        picture.line(&[(x - CROSS, y + CROSS), (x + CROSS, y - CROSS)], stroke());
     }
 
     /// Where nobody avoids it.
@@ -153,6 +167,14 @@ impl BoundaryChart {
             }
         });
         self.axes(picture, &scales, &area, first);
+        if panel.invalid.contains(&true) {
+            picture.group("invalid", Some(area), |p| {
+                for case in (0..panel.invalid.len()).filter(|case| panel.invalid[*case]) {
+                    let (column, row) = (case / panel.up.len(), case % panel.up.len());
+                    self.cross(p, (scales.0.of(column as f64), scales.1.of(row as f64)));
+                }
+            });
+        }
         picture.group("boundaries", Some(area), |p| {
             for (place, avoided) in panel.avoided.iter().enumerate() {
                 for shape in shapes(avoided, panel.up.len()) {
@@ -324,6 +346,7 @@ mod tests {
                 across: vec![1.0, 2.0],
                 up: vec![0.0, 1.0],
                 avoided: vec![vec![false, false, true, true], second],
+                invalid: vec![false; 4],
             }]],
             palette: Palette::paper(),
             provenance: Provenance::default(),

@@ -372,20 +372,36 @@ impl Obstacle {
             return None;
         }
         let kept = self.states().skip(1).filter(|s| s.time.from <= from);
-        let signals = self.signals.iter().filter(|s| s.time.to <= from);
         let new = motions.iter().skip(1).map(|(step, m)| state(*step, m));
-        Some(Self::new(
+        let states = kept.cloned().chain(new).collect();
+        Some(self.with_states(initial, states, from, dt))
+    }
+
+    /// The same obstacle with another motion from beginning to end, time steps in order. Nothing for obstacles that do not
+    /// move, and of no motion.
+    #[must_use]
+    pub fn moving(&self, motions: &[(i64, Motion)], dt: f64) -> Option<Self> {
+        let ((first, begin), rest) = motions.split_first()?;
+        let states = rest.iter().map(|(step, m)| state(*step, m)).collect();
+        let moves = self.role == ObstacleRole::Dynamic;
+        moves.then(|| self.with_states(state(*first, begin), states, *first - 1, dt))
+    }
+
+    /// With other states, and its signals until a step.
+    fn with_states(&self, initial: State, states: Vec<State>, until: i64, dt: f64) -> Self {
+        let signals = self.signals.iter().filter(|s| s.time.to <= until);
+        Self::new(
             ObstacleParts {
                 id: self.id,
                 role: self.role,
                 kind: self.kind,
                 footprint: self.footprint.clone(),
                 initial: Some(initial),
-                prediction: Prediction::Trajectory(kept.cloned().chain(new).collect()),
+                prediction: Prediction::Trajectory(states),
                 signals: signals.cloned().collect(),
             },
             dt,
-        ))
+        )
     }
 }
 

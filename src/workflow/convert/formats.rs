@@ -6,8 +6,8 @@ use std::sync::Arc;
 use nearmiss_base::system;
 use nearmiss_formats::commonroad::{conform, write, write_2018b};
 use nearmiss_formats::{
-    EgoSelection, Entry, EntryLocation, TableShape, USUAL_VEHICLE, find_recording, write_recording,
-    write_sized_recording, write_tables,
+    EgoSelection, Entry, EntryLocation, TableShape, USUAL_VEHICLE, VariedMotion, find_recording,
+    write_recording, write_sized_recording, write_tables,
 };
 use nearmiss_record::Format;
 use nearmiss_scene::scenario::{Ego, EgoSource, Scenario, alike, in_short};
@@ -170,6 +170,7 @@ pub(super) fn openscenario(
     request: &ConvertRequest<'_>,
     scenario: Arc<Scenario>,
     ego: Option<Ego>,
+    varied: Option<&VariedMotion>,
 ) -> Result<Converted, String> {
     let entry = request.entry;
     let roads = request.file.map(|path| path.with_extension(ROADS));
@@ -181,6 +182,7 @@ pub(super) fn openscenario(
         ego: part.ego.as_ref(),
         is_free: *request.ego == SimulatedEgo::Free,
         road_file: &road_file.unwrap_or_default().to_string_lossy(),
+        varied,
     })?;
     let told = exported.notes.iter();
     let notes = told.map(|note| format!("{}: {note}", entry.name));

@@ -11,8 +11,8 @@ use std::sync::Arc;
 use nearmiss_base::system::{NewFile, SaveError, escaped_xml};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
-use nearmiss_formats::Entry;
-use nearmiss_scene::scenario::{Ego, Scenario};
+use nearmiss_formats::{Entry, VariedMotion};
+use nearmiss_scene::scenario::{Ego, Scenario, Scene};
 
 use super::journal::holds;
 use super::{SimulatedEgo, scene_to_export};
@@ -106,6 +106,20 @@ pub fn convert_opened(
     Ok(converted)
 }
 
+/// Makes the files of a scene for simulators, in which the motion of an obstacle follows from parameters.
+///
+/// # Errors
+/// It cannot be written so: in words that begin with the file.
+pub fn convert_varied(
+    request: &ConvertRequest<'_>,
+    scene: &Scene,
+    varied: &VariedMotion,
+) -> Result<Converted, String> {
+    request.check()?;
+    let (scenario, ego) = (Arc::clone(&scene.scenario), Some(scene.ego.clone()));
+    openscenario(request, scenario, ego, Some(varied))
+}
+
 fn made(
     request: &ConvertRequest<'_>,
     scenario: Arc<Scenario>,
@@ -114,7 +128,7 @@ fn made(
     match request.target {
         Target::CommonRoad => commonroad(request, scenario, ego),
         Target::CommonRoad2018b => commonroad_2018b(request, scenario, ego),
-        Target::OpenScenario => openscenario(request, scenario, ego),
+        Target::OpenScenario => openscenario(request, scenario, ego, None),
         Target::Tracks | Target::Interaction | Target::HighD => tables(request, scenario, ego),
     }
 }

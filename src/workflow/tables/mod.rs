@@ -7,7 +7,7 @@ mod measures;
 mod windows;
 
 pub use encounters::{Encounter, encounter_rows, encounter_table, encounters, left_out};
-pub use family::FamilyResults;
+pub use family::{EncounterCases, FamilyResults, Vary};
 pub use lanes::lane_table;
 pub use measures::{
     exact_columns, exact_rows, measure_table, provenance, scene_columns, scene_rows,

@@ -42,6 +42,7 @@ fn again_with(
         road_file: "small.xodr",
         properties: &BTreeMap::new(),
         about: &[],
+        varied: None,
     })
     .unwrap();
     written.roads = change_roads(String::from_utf8(written.roads).unwrap()).into_bytes();

@@ -160,6 +160,7 @@ fn seeds() -> Vec<Vec<u8>> {
         road_file: "x.xodr",
         properties: &BTreeMap::new(),
         about: &[],
+        varied: None,
     })
     .unwrap();
     let files: [Vec<Vec<u8>>; 8] = [

@@ -32,7 +32,8 @@ use nearmiss_scene::scenario::{
 use self::run::{Findings, Run};
 use super::{AttackStyle, Change, JointChange, MOST_ATTACKERS, Refusal};
 use crate::generation::Reason;
-use run::{Regions, same};
+use run::same;
+pub(super) use run::{Regions, overlapped};
 
 /// The gate of one scenario; built once, asked often.
 #[derive(Debug, Clone)]

@@ -233,7 +233,7 @@ struct Region {
 
 /// The regions of all obstacles that have some.
 #[derive(Debug, Clone)]
-pub(super) struct Regions(Vec<Region>);
+pub(in crate::generation) struct Regions(Vec<Region>);
 
 impl Regions {
     /// Those of a scenario; regions that enclose nothing are left out.
@@ -281,7 +281,7 @@ pub(super) fn touch(a: &Placed<'_>, b: &Placed<'_>) -> bool {
 }
 
 /// The obstacles that a body touches at a step or on the way there from where it was a step before, without itself.
-pub(super) fn overlapped<'s>(
+pub(in crate::generation) fn overlapped<'s>(
     scenario: &'s Scenario,
     regions: &'s Regions,
     before: Option<Placed<'s>>,

@@ -272,6 +272,8 @@ fn declared(of: &Node) -> Result<Values, ReadError> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     #[test]
@@ -327,5 +329,32 @@ mod tests {
         }
         let deep = format!("${{{}1{}}}", "(".repeat(9000), ")".repeat(9000));
         assert_eq!(replaced(&deep, &values), None);
+    }
+
+    #[test]
+    fn formulas_are_evaluated_as_they_are_written() {
+        use crate::openscenario::Formula;
+
+        let (a, b) = (Formula::parameter(0, "gap"), Formula::parameter(1, "_b"));
+        let clamped = (&a * -0.25 + 1.0).at_least(-0.5).at_most(0.75);
+        let formulas = [
+            &a - &b,
+            (&a - (&b - 2.5)) / (&b * &b),
+            &clamped * &clamped * (&clamped * -2.0 + 3.0),
+            (&b / 3.0).atan() - 1e-7,
+        ];
+        for values in [[2.0, -1.5], [-8.0, 0.125], [0.3, 1e-9]] {
+            let named = [("gap", values[0]), ("_b", values[1])];
+            let named = named.map(|(name, value)| (name.to_owned(), value.to_string()));
+            for formula in &formulas {
+                let text = formula.to_string();
+                let read = replaced(&text, &named.clone().into()).unwrap();
+                let (read, expected) = (read.parse::<f64>().unwrap(), formula.value(&values));
+                let off = (read - expected).abs() / expected.abs().max(1.0);
+                assert!(off < 1e-12, "{text}: {read}, {expected}");
+            }
+        }
+        assert_eq!((&a * 0.0 + 2.0).to_string(), "2.0");
+        assert_eq!((&a + 0.0 - -2.0).to_string(), "${($gap - (-2.0))}");
     }
 }
