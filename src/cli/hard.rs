@@ -80,9 +80,10 @@ pub fn drawn(
                 counts.failed += 1;
             }
         }
-        match found.len() < most {
-            true => NEXT,
-            false => Ok(ControlFlow::Break(())),
+        if found.len() < most {
+            NEXT
+        } else {
+            Ok(ControlFlow::Break(()))
         }
     });
     counts.say();
