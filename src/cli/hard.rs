@@ -20,6 +20,8 @@ use super::{Failure, output};
 #[derive(Default)]
 struct Counts {
     driven: usize,
+    /// Scenarios that say nothing: traffic that reacts to nothing runs into a baseline.
+    hit_from_behind: usize,
     hard: usize,
     /// Of these, by [`Solver::ALL`].
     solved: [usize; Solver::ALL.len()],
@@ -63,15 +65,19 @@ pub fn drawn(
         match result {
             Ok(hardness) => {
                 counts.driven += 1;
-                if let Hardness::Hard { ends, solver } = hardness {
-                    counts.hard += 1;
-                    found.extend(solver.map(|solver| {
-                        counts.solved[solver as usize] += 1;
-                        let mut window = window.clone();
-                        window.row.solved_by = Some(solver);
-                        window.row.baselines = Some(ends.into());
-                        window
-                    }));
+                match hardness {
+                    Hardness::SolvedBy(_) => {}
+                    Hardness::HitFromBehind(_) => counts.hit_from_behind += 1,
+                    Hardness::Hard { ends, solver } => {
+                        counts.hard += 1;
+                        found.extend(solver.map(|solver| {
+                            counts.solved[solver as usize] += 1;
+                            let mut window = window.clone();
+                            window.row.solved_by = Some(solver);
+                            window.row.baselines = Some(ends.into());
+                            window
+                        }));
+                    }
                 }
             }
             Err(NotDriven::Nothing) => counts.nothing += 1,
@@ -102,8 +108,9 @@ impl Counts {
         let by = Solver::ALL.into_iter().zip(self.solved);
         let by: Vec<String> = by.map(|(by, n)| format!("{} {n}", by.words())).collect();
         let mut words = format!(
-            "nearmiss: driven {}, baselines fail {}, solvable {} ({})",
+            "nearmiss: driven {}, a baseline hit from behind {}, baselines fail {}, solvable {} ({})",
             self.driven,
+            self.hit_from_behind,
             self.hard,
             self.solved.iter().sum::<usize>(),
             by.join(", ")

@@ -13,7 +13,10 @@ fn hard_scenarios_are_drawn_once_each_with_who_solves_them() {
     let sample =
         |more: &[&str]| home.run(&[&["corpus", "sample", "index", "--hard"], more].concat());
     let all = sample(&["--format=json"]).status(0);
-    let tried = format!("driven {}, baselines fail 2, solvable 2", BUNDLED.len());
+    let tried = format!(
+        "driven {}, a baseline hit from behind 0, baselines fail 2, solvable 2",
+        BUNDLED.len()
+    );
     let all = all.says(&[&tried, "all scenarios of the index were tried"]);
     let lines = all.json_lines();
     let solver = |name: &str| {
@@ -58,7 +61,7 @@ fn what_cannot_be_driven_is_counted() {
     let drawn = home.run(&["corpus", "sample", "index", "--hard", "--format", "paths"]);
     let drawn = drawn.status(0).says(&[
         "gone.xml",
-        "driven 1, baselines fail 1, solvable 1",
+        "driven 1, a baseline hit from behind 0, baselines fail 1, solvable 1",
         "not driven: 1 without a problem that can be planned, 1 failed",
     ]);
     assert_eq!(drawn.stdout.trim(), "all/whole.xml");

@@ -2,7 +2,9 @@
 
 use nearmiss_drive::generation::Certificate;
 use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::{Driver, Outcome, Policy, Rollout, Settings, TrafficMode};
+use nearmiss_drive::simulation::{
+    Collision, CollisionKind, Driver, Outcome, Policy, Rollout, Settings, TrafficMode,
+};
 use nearmiss_formats::{Entry, EntryLocation};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -39,6 +41,9 @@ impl Solver {
 pub enum Hardness {
     /// This baseline solves it.
     SolvedBy(Policy),
+    /// No baseline does, but traffic that follows its recording and does not see this one brake runs into it: that decides
+    /// nothing.
+    HitFromBehind(Policy),
     /// No baseline does.
     Hard {
         /// How the drives of [`Policy::BASELINES`] end: the outcome, of a collision its kind.
@@ -70,23 +75,30 @@ pub fn hardness(
     };
     let prepared = prepare_beside(entry, None, &settings)?;
     let mut ends = [""; Policy::BASELINES.len()];
+    let mut hit_from_behind = None;
     for (end, policy) in ends.iter_mut().zip(Policy::BASELINES) {
         let baseline = PlannerChoice::from(policy);
         let options = DriveOptions::of(&baseline);
         match drive(entry, prepared.clone(), options, cancel)? {
             Some(driven) if driven.unharmed() => return Ok(Some(Hardness::SolvedBy(policy))),
             Some(driven) => {
-                let kind = driven.collision().map(|contact| contact.kind().name());
-                *end = kind.unwrap_or(driven.outcome().name());
+                let kind = driven.collision().map(Collision::kind);
+                if kind == Some(CollisionKind::RearEnded) {
+                    hit_from_behind = Some(policy);
+                }
+                *end = kind.map_or(driven.outcome().name(), CollisionKind::name);
             }
             None => return Ok(None),
         }
+    }
+    if let Some(policy) = hit_from_behind {
+        return Ok(Some(Hardness::HitFromBehind(policy)));
     }
     let solver = solver(entry, &prepared, cancel)?;
     Ok((!cancel.is_asked()).then_some(Hardness::Hard { ends, solver }))
 }
 
-/// Whose drive solves it, the cheapest proof first.
+/// Whose drive solves it; the one who knows the future comes last.
 fn solver(
     entry: &Entry,
     prepared: &PreparedPlan,
@@ -107,17 +119,16 @@ fn solver(
             }));
         }
     }
-    let is_certified = || {
-        let found = Certificate::of_problem(&driver, &prepared.scenario);
-        found.avoidance().is_some()
-    };
-    if has_stored_certificate(entry, prepared) || is_certified() {
+    if has_stored_certificate(entry, prepared) {
         return Ok(Some(Solver::Certificate));
     }
+    // It sees no future, and says more than one who does.
     let planned = prepared.clone().only_best().run(cancel, &mut |_| {})?;
-    Ok(planned
-        .filter(|planned| planned.drive.outcome.is_unharmed())
-        .map(|_| Solver::Planner))
+    if planned.is_some_and(|planned| planned.drive.outcome.is_unharmed()) {
+        return Ok(Some(Solver::Planner));
+    }
+    let found = Certificate::of_problem(&driver, &prepared.scenario);
+    Ok(found.avoidance().map(|_| Solver::Certificate))
 }
 
 /// Whether a drive begins where and as the problem says.
@@ -169,7 +180,7 @@ mod tests {
     fn solver_of(entry: &Entry) -> Option<Solver> {
         match judged(entry) {
             Hardness::Hard { solver, .. } => solver,
-            Hardness::SolvedBy(policy) => panic!("solved by {}", policy.name()),
+            other => panic!("{other:?}"),
         }
     }
 
