@@ -212,15 +212,18 @@ impl<'s> EncounterFamily<'s> {
         let context = Context::under(&scene, self.thresholds);
         let place = { context.participants().iter() }.position(|one| one.obstacle.id == id);
         let moments = Moments::new(&context);
-        let first = self
-            .event
-            .as_ref()
-            .map_or(self.step, |event| event.first_step);
-        let last = first as f64 + (values[Varied::Start as usize] + LATER) / self.dt();
-        let steps = context.steps().take_while(|step| *step as f64 <= last);
+        let (start, dt) = (values[Varied::Start as usize], self.dt());
+        let recorded = { self.event.as_ref() }.map_or(self.step, |event| event.first_step);
+        let moment = recorded + (start / dt).round() as i64;
+        let last = moment + (LATER / dt).round() as i64;
+        let steps = context.steps().take_while(|step| *step <= last);
         let worst = place.and_then(|place| moments.with(place).worst(steps));
         let worst = worst.ok_or("it is never there with the ego")?;
         self.is_alone(&scene.scenario, moved, worst.step)?;
+        // Who would begin behind the ego drives through it.
+        if self.event.is_some() && worst.grade == Grade::Contact && worst.step < moment {
+            return Err("it touches the ego before its manoeuvre".into());
+        }
         let field =
             Field::around(&scene, worst.step).ok_or("its encounter begins with the recording")?;
         Ok(Preventability::in_field(&field, id, worst.step))
