@@ -361,8 +361,8 @@ fn judged(
     let opened = opened.map_err(|error| error.to_string())?;
     let scene = opened.scene.map_err(|why| why.to_string())?;
     let is_certified = origin.certifies(entry, &scene);
-    let found = PreventabilityRecord::of(&scene, said.obstacle, said.step, is_certified);
-    let found = found.ok_or("the ego is not there before")?;
+    let found = PreventabilityRecord::of(&scene, said.obstacle, said.step, is_certified)
+        .ok_or("the ego is not there before")?;
     let is_said = |(one, other): (&VerdictRecord, &VerdictRecord)| {
         (&one.driver, &one.result) == (&other.driver, &other.result)
     };

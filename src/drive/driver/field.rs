@@ -341,9 +341,10 @@ impl MovingBlock {
         let between = [0, 1].map(|end| other.ends[end].place - self.ends[end].place);
         let moved = between[1] - between[0];
         let length = moved.norm_squared();
-        let share = match length > 0.0 {
-            true => (-between[0].dot(&moved) / length).clamp(0.0, 1.0),
-            false => 0.0,
+        let share = if length > 0.0 {
+            (-between[0].dot(&moved) / length).clamp(0.0, 1.0)
+        } else {
+            0.0
         };
         let reach = self.reach + other.reach + LEAST;
         if (between[0] + moved * share).norm_squared() > reach * reach {

@@ -289,10 +289,10 @@ impl Field<'_> {
         [was, now]: [&Spot; 2],
         mut work: impl FnMut(&'f Other<'f>, [Placed<'f>; 2]),
     ) {
-        let near = usize::try_from(step + 1 - self.first).ok();
-        let near = near.and_then(|at| self.near.get(at)).into_iter().flatten();
+        let at = usize::try_from(step + 1 - self.first).ok();
+        let all = at.and_then(|at| self.near.get(at)).into_iter().flatten();
         let moved = (now.s - was.s).abs();
-        let mut near = near.filter(|near| near.is_reached(now, moved)).peekable();
+        let mut near = all.filter(|near| near.is_reached(now, moved)).peekable();
         if near.peek().is_none() {
             return;
         }
