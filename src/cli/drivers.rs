@@ -155,8 +155,8 @@ fn vary(
             ego: &SimulatedEgo::Follows(ego.clone()),
             to_schema: false,
         };
-        let written = convert_varied(&request, &scene, &cases.varied(&family));
-        let written = written.map_err(Failure::input)?;
+        let varied = cases.varied(&family);
+        let written = convert_varied(&request, &scene, &varied).map_err(Failure::input)?;
         let how = [arguments.output.overwrites(), false];
         return save_converted(&request, &written, how, &Inputs::of(entries));
     }

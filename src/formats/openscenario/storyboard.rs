@@ -299,8 +299,8 @@ fn vertices(actor: &Actor, stretch: &[(i64, Motion)], clock: Clock) -> Vec<Verte
     }
     let poses = written(stretch);
     let before = std::iter::once(None).chain(poses.iter().map(Some));
-    let all = stretch.iter().zip(&poses).zip(before);
-    let all = all.map(|(((step, _), pose), before)| Vertex {
+    let recorded = stretch.iter().zip(&poses).zip(before);
+    let all = recorded.map(|(((step, _), pose), before)| Vertex {
         time: time(*step),
         x: pose.position.x.into(),
         y: pose.position.y.into(),

@@ -217,8 +217,9 @@ impl<'s> EncounterFamily<'s> {
         let moment = recorded + (start / dt).round() as i64;
         let last = moment + (LATER / dt).round() as i64;
         let steps = context.steps().take_while(|step| *step <= last);
-        let worst = place.and_then(|place| moments.with(place).worst(steps));
-        let worst = worst.ok_or("it is never there with the ego")?;
+        let worst = place
+            .and_then(|place| moments.with(place).worst(steps))
+            .ok_or("it is never there with the ego")?;
         self.is_alone(&scene.scenario, moved, worst.step)?;
         // Who would begin behind the ego drives through it.
         if self.event.is_some() && worst.grade == Grade::Contact && worst.step < moment {

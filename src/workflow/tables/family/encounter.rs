@@ -180,13 +180,8 @@ impl Axis {
 
 /// A value with as many digits as it needs, at most two.
 fn short(value: f64) -> String {
-    let text = format!("{value:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".into()
-    } else {
-        text.into()
-    }
+    // Zero without its sign.
+    (((value * 100.0).round() + 0.0) / 100.0).to_string()
 }
 
 impl EncounterCases {
