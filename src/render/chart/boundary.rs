@@ -87,6 +87,12 @@ impl BoundaryChart {
         let at = (WIDTH - 4.0, bottom + 2.4 * LETTERS);
         let words = "inside its line a driver does not avoid contact";
         picture.text(Text::new(at, words, SMALL, palette.dim).anchored(Anchor::End));
+        let mut panels = self.rows.iter().flatten();
+        if panels.any(|panel| panel.invalid.contains(&true)) {
+            self.cross(&mut picture, (left + CROSS, at.1 - 0.34 * SMALL));
+            let at = (left + 2.0 * CROSS + 4.0, at.1);
+            picture.text(Text::new(at, "impossible", SMALL, palette.dim));
+        }
         let at = (1.2 * LETTERS, (top + bottom) / 2.0);
         let mut name = Text::new(at, &self.up, LETTERS, palette.text);
         name.upwards = true;
@@ -117,13 +123,6 @@ impl BoundaryChart {
         picture.rectangle(&swatch, Some(self.shade()), None);
         let nobody = "nobody avoids contact";
         picture.text(Text::new((x + 16.0, base), nobody, LETTERS, palette.text));
-        let mut panels = self.rows.iter().flatten();
-        if panels.any(|panel| panel.invalid.contains(&true)) {
-            x += 16.0 + Text::width(nobody, LETTERS) + 9.0;
-            self.cross(picture, (x + CROSS, middle));
-            let at = (x + 2.0 * CROSS + 4.0, base);
-            picture.text(Text::new(at, "impossible", LETTERS, palette.text));
-        }
     }
 
     /// A case that could not be.
