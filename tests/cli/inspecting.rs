@@ -451,7 +451,7 @@ fn a_story_tells_what_happened() {
         .run(&["prompt", "describe", "ZAM_CutIn-1_1_T-1", "--story"])
         .status(0)
         .stdout;
-    assert!((1..=4).contains(&told.lines().count()), "{told}");
+    assert!((1..=5).contains(&told.lines().count()), "{told}");
     assert!(
         told.starts_with("At ") && told.contains("the ego drives"),
         "{told}"

@@ -32,6 +32,10 @@ fn furnished() -> Home {
         "labels.csv",
         format!("scenario,label\n{BRAKING},collision\n{CUT_IN},safe\n"),
     );
+    home.write(
+        "requirement.toml",
+        format!("id = \"1\"\ntitle = \"a\"\ntext = \"b\"\nscenarios = [\"{CUT_IN}\"]\nindex = \"index\"\n"),
+    );
     let made = [
         "generate",
         CUT_IN,
@@ -211,6 +215,7 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             "metrics",
             vec!["metrics", CUT_IN, "--convention", "paper", "--format=json"],
         ),
+        ("annex", vec!["annex", "requirement.toml", "--format=json"]),
         ("drivers", vec!["drivers", "--format=json"]),
         ("metrics-list", vec!["metrics", "--list", "--format=json"]),
         ("models", vec!["models", "--offline", "--format=json"]),

@@ -70,7 +70,15 @@ fn every_topic_is_printed_and_listed() {
         // Behind the text of `json` come its schemas.
         assert!(printed.stdout.starts_with(topic.text), "{}", topic.name);
         assert!(
-            ["json", "experiments", "planners", "preventability", "tools"].contains(&topic.name)
+            [
+                "json",
+                "experiments",
+                "planners",
+                "preventability",
+                "requirements",
+                "tools"
+            ]
+            .contains(&topic.name)
                 || printed.stdout == topic.text
         );
         assert!(topic.text.starts_with("# ") && topic.text.ends_with('\n'));
