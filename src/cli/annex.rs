@@ -85,6 +85,10 @@ pub fn run(arguments: &AnnexArguments) -> Outcome {
     let cancel = Cancel::from_flag(&stop);
     let mut annex = Annex {
         file_sha256: ContentHash::digest(text.as_bytes()).to_string(),
+        program_sha256: std::env::current_exe().and_then(std::fs::read).map_or_else(
+            |_| "not known".into(),
+            |bytes| ContentHash::digest(&bytes).to_string(),
+        ),
         day: jiff::Timestamp::now().strftime("%Y-%m-%d").to_string(),
         who: { who.iter() }
             .map(|(planner, role)| (planner.name.clone(), *role))

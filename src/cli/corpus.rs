@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Policy;
 use nearmiss_render::{Format, Palette, Picture, coverage_picture};
 use nearmiss_scene::corpus::{
     self, Axis, Candidate, Columns, Coverage, IndexError, Part, PartRow, SEVERITIES, SampledWindow,
@@ -363,8 +364,10 @@ fn with_reason(drawn: SampledWindow<SampleLine>) -> SampleLine {
     let cell = candidate.cell.join(", ");
     let mut reason = format!("{drawn} of {windows} in {cell}");
     if let Some(solver) = row.solved_by {
-        let ends = row.baselines.as_deref().unwrap_or_default().join(", ");
-        reason += &format!("; baselines: {ends}; solved by {}", solver.words());
+        let ends = row.baselines.as_deref().unwrap_or_default();
+        let ends = Policy::BASELINES.iter().zip(ends);
+        let ends: Vec<String> = ends.map(|(p, end)| format!("{} {end}", p.name())).collect();
+        reason += &format!("; {}; solved by {}", ends.join(", "), solver.words());
     }
     SampleLine { reason, ..row }
 }

@@ -89,6 +89,7 @@ pub fn run(arguments: &Drivers) -> Outcome {
     let labels = Labels::new(&entries);
     let stop = interrupted(file.is_some());
     let mut failed = Failed::of(entries.len());
+    let mut without = 0;
     let (mut rows, mut lines) = (Vec::new(), Vec::new());
     let done = Job::new("scenarios", &stop)
         .writing_file(file.is_some())
@@ -99,6 +100,7 @@ pub fn run(arguments: &Drivers) -> Outcome {
                 match judged {
                     Ok((said, scene, found)) => {
                         said.iter().for_each(|said| output::say(said));
+                        without += usize::from(found.is_empty());
                         let name = labels.of(&entry.name, &entry.display());
                         lines.extend(found.iter().map(|one| text_row(&name, &scene, one)));
                         rows.extend(encounter_rows(&RowFile::new(entry, &scene), &scene, &found));
@@ -109,6 +111,12 @@ pub fn run(arguments: &Drivers) -> Outcome {
             },
         );
     done.end("no file was written")?;
+    if without > 0 {
+        output::say(&format!(
+            "nearmiss: {} without an encounter that drivers are judged in",
+            output::counted(without, "scenario")
+        ));
+    }
     if !failed.all() {
         let target = arguments.output.begin()?;
         match format.of_table() {
@@ -134,8 +142,7 @@ fn vary(
     };
     let (scene, said) = scene_and_doubts(entry, ego)?;
     said.iter().for_each(|said| output::say(said));
-    let name = output::visible(&entry.name);
-    let cases = EncounterCases::of(&name, &scene, thresholds, &arguments.vary);
+    let cases = EncounterCases::of(entry, &scene, thresholds, &arguments.vary);
     let (cases, family) = cases.map_err(|why| {
         let file = output::visible(&entry.display());
         Failure::input(format!("{file}: --vary: {why}"))
@@ -234,8 +241,8 @@ fn text(rows: &[Row]) -> String {
     format!(
         "{}\n{}\n",
         text_table(&columns, rows),
-        "seconds: how long before the encounter this driver could still take over and avoid contact; m/s: closing speed at \
-         its contact; -: not made for it; behind: hit from behind by who does not see it brake"
+        "seconds: avoids contact, and could still do so when it took over so long before the encounter; hits: closing speed \
+         at its contact; n/a: not made for it; behind: hit from behind by traffic that does not see it brake"
     )
 }
 
@@ -247,10 +254,13 @@ fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
         None => severity.to_owned(),
     };
     let cell = |verdict: &VerdictRecord| match (verdict.result.as_str(), verdict.closing_speed) {
-        ("not_made_for", _) => "-".to_owned(),
+        ("not_made_for", _) => "n/a".to_owned(),
         ("hit_from_behind", _) => "behind".to_owned(),
-        (_, Some(speed)) => format!("{speed:.1} m/s"),
+        (_, Some(speed)) => format!("hits {speed:.1} m/s"),
         _ => match verdict.last_moment_step {
+            Some(last) if last <= found.from_step => {
+                format!("≥{:.1} s", (found.step - last) as f64 * scene.scenario.dt())
+            }
             Some(last) => format!("{:.1} s", (found.step - last) as f64 * scene.scenario.dt()),
             None => verdict.result.clone(),
         },
@@ -260,7 +270,11 @@ fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
         Cell::Integer(found.obstacle),
         Cell::Number(scene.time_of(found.step)),
         encounter.into(),
-        format!("{} of {}", found.avoided, found.decided).into(),
+        match found.people().any(VerdictRecord::decides) {
+            true => format!("{} of {}", found.avoided, found.decided),
+            false => "no model".into(),
+        }
+        .into(),
     ];
     let drivers = found.drivers.iter().map(|verdict| cell(verdict).into());
     fixed.into_iter().chain(drivers).collect()

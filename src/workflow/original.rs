@@ -141,6 +141,12 @@ impl VariantOrigin {
         })
     }
 
+    /// The same of the scene of an entry; not where it is no variant.
+    #[must_use]
+    pub fn certified(entry: &Entry, scene: &Scene) -> bool {
+        Self::read(entry).is_some_and(|origin| origin.certifies(entry, scene))
+    }
+
     /// The ids of the obstacles with a new motion.
     #[must_use]
     pub fn ids(&self) -> Vec<i64> {

@@ -25,7 +25,7 @@ fn scene(name: &str) -> Scene {
 }
 
 fn family(scene: &Scene) -> EncounterFamily<'_> {
-    EncounterFamily::of(scene, Thresholds::shipped(), RADIUS).unwrap()
+    EncounterFamily::of(scene, Thresholds::shipped(), RADIUS, false).unwrap()
 }
 
 /// The event of an obstacle in a scene.

@@ -8,7 +8,7 @@ use nearmiss_scene::traffic_rules::Rule;
 use nearmiss_study::evaluation::statistics::PairedTest;
 use nearmiss_workflow::drive::{
     BeyondBaselines, DriveRecord, DrivenScenario, PlannerChoice, Standing, StandingRecord,
-    beyond_baselines, drive_each, standings,
+    beyond_baselines, drive_each, standings, telling,
 };
 use nearmiss_workflow::{PlanError, prepare_beside};
 use schemars::JsonSchema;
@@ -268,7 +268,7 @@ impl Comparison {
             };
             let test = difference.test.as_ref();
             let signed = |value: f64| format!("{value:+.2}");
-            let interval = test.and_then(|test| test.interval);
+            let interval = test.and_then(|test| telling(test, difference.scenarios));
             let cells = [
                 words,
                 number(difference.first),
@@ -296,15 +296,20 @@ impl Comparison {
             "{}; outcomes, kinds and rules are counts of drives, the rest means over the scenarios in which both drives have it; differences are {second} minus {first}, a scenario at a time\n",
             output::counted(self.pairs.len(), "scenario")
         );
-        out += &format!("\n{}", standing::words(&self.standings)?);
+        out += &format!("\n{}", standing::words(&self.standings, &self.scenarios())?);
         output::text(&out)
+    }
+
+    /// The names of what was driven.
+    fn scenarios(&self) -> Vec<String> {
+        self.pairs.iter().map(|(one, _)| one.name.clone()).collect()
     }
 
     fn record(&self) -> ComparisonRecord {
         let differences = differences(&self.pairs);
         let rows = differences.iter().map(|difference| {
             let test = difference.test.as_ref();
-            let interval = test.and_then(|test| test.interval);
+            let interval = test.and_then(|test| telling(test, difference.scenarios));
             DifferenceRecord {
                 figure: difference.key,
                 scenarios: difference.scenarios,
@@ -322,7 +327,7 @@ impl Comparison {
             missed: self.missed,
             differences: rows.collect(),
             standings: standings(&self.standings),
-            beyond_baselines: beyond_baselines(&self.standings),
+            beyond_baselines: beyond_baselines(&self.standings, &self.scenarios()),
         }
     }
 }

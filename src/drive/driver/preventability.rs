@@ -59,6 +59,9 @@ const SLOWER: f64 = 0.5;
 const CROSSING: f64 = std::f64::consts::FRAC_PI_4;
 const ONCOMING: f64 = 3.0 * std::f64::consts::FRAC_PI_4;
 
+/// So long before the contact its direction counts, seconds.
+const APPROACH: f64 = 2.0;
+
 /// What is slower stands, m/s: its heading does not matter.
 const STANDING: f64 = 0.5;
 
@@ -135,7 +138,13 @@ impl Preventability {
             })
         });
         let verdicts: Vec<DriverVerdict> = verdicts.collect();
-        let avoided = verdicts.iter().any(|v| v.result == DriverResult::Avoided);
+        // What another driver does, the ideal one can do, too.
+        let speed = |result: &DriverResult| result.contact().map_or(0.0, |c| c.closing_speed);
+        let decided = verdicts
+            .iter()
+            .map(|v| v.result)
+            .filter(DriverResult::decides);
+        let least = decided.min_by(|a, b| speed(a).total_cmp(&speed(b)));
         let mut found = Self {
             obstacle,
             step,
@@ -143,17 +152,21 @@ impl Preventability {
             contact,
             verdicts,
         };
-        if avoided {
-            // What another driver does, the ideal one can do, too.
-            found.ideal_avoids();
+        if let (Some(least), Some(ideal)) = (least, found.ideal_mut())
+            && (speed(&least) < speed(&ideal.result) || !ideal.result.decides())
+        {
+            ideal.result = least;
         }
         found
     }
 
+    fn ideal_mut(&mut self) -> Option<&mut DriverVerdict> {
+        { self.verdicts.iter_mut() }.find(|v| v.driver.id == ideal::MODEL.id)
+    }
+
     /// Says that the ideal driver avoids it: a drive that does is known.
     pub fn ideal_avoids(&mut self) {
-        let ideal = { self.verdicts.iter_mut() }.find(|v| v.driver.id == ideal::MODEL.id);
-        if let Some(ideal) = ideal {
+        if let Some(ideal) = self.ideal_mut() {
             ideal.result = DriverResult::Avoided;
         }
     }
@@ -168,9 +181,8 @@ impl Preventability {
         }
         // The ideal driver can do what any other does.
         let latest = self.verdicts.iter().filter_map(|v| v.last_moment).max();
-        let bound = { self.verdicts.iter_mut() }.find(|v| v.driver.id == ideal::MODEL.id);
-        if let Some(bound) = bound {
-            bound.last_moment = latest;
+        if let Some(ideal) = self.ideal_mut() {
+            ideal.last_moment = latest;
         }
         self
     }
@@ -262,16 +274,21 @@ impl Field<'_> {
         if kind == ObstacleType::Pedestrian {
             kinds.push(NotMadeFor::Pedestrian);
         }
-        // Its direction is that before the contact.
-        let before = { (self.first..=step).rev() }
-            .filter_map(place)
-            .find(|(_, place)| place.velocity.norm() > STANDING);
-        if let Some((_, place)) = before {
-            match place.turned.abs() {
-                turned if turned > ONCOMING => kinds.push(NotMadeFor::Oncoming),
-                turned if turned > CROSSING => kinds.push(NotMadeFor::Crossing),
-                _ => {}
-            }
+        // Its direction is that before the contact: who turns across the way crosses it or comes towards the ego for a while.
+        let approach = (APPROACH / self.lookout.dt).round() as i64;
+        let moving = { (self.first..=step).rev() }.filter_map(|at| {
+            let (_, place) = place(at)?;
+            (place.velocity.norm() > STANDING).then_some((at, place.turned.abs()))
+        });
+        let mut moving = moving.peekable();
+        let last = moving.peek().map(|(at, _)| *at);
+        let turned = moving
+            .take_while(|(at, _)| last.is_some_and(|last| last - at <= approach))
+            .fold(0.0, |most: f64, (_, turned)| most.max(turned));
+        if turned > ONCOMING {
+            kinds.push(NotMadeFor::Oncoming);
+        } else if turned > CROSSING {
+            kinds.push(NotMadeFor::Crossing);
         }
         let behind = there.along + there.half_long < s + self.lookout.own[0].0;
         if contact.map_or(behind, Touch::is_from_behind) {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use nearmiss_scene::scenario::Scene;
 
-use super::{DriverModel, DriverResult, DriverVerdict, Field, Preventability, ideal};
+use super::{DriverModel, DriverResult, DriverVerdict, Field, NotMadeFor, Preventability, ideal};
 
 /// A driver: what it is, for programs.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -138,6 +138,17 @@ impl VerdictRecord {
         self.result == DriverResult::Avoided.word()
     }
 
+    /// Why it decides nothing, in words; nothing where it does.
+    #[must_use]
+    pub fn why_undecided(&self) -> Option<String> {
+        let Some(kind) = &self.not_made_for else {
+            return (!self.decides()).then(|| format!("{} is hit from behind", self.driver));
+        };
+        let words = NotMadeFor::parse(kind).map(NotMadeFor::words);
+        let words = words.unwrap_or(kind);
+        Some(format!("{} is not made for {words}", self.driver))
+    }
+
     /// Whether it decides: made for it, and not hit from behind.
     #[must_use]
     pub fn decides(&self) -> bool {
@@ -164,21 +175,34 @@ impl PreventabilityRecord {
         self.drivers.iter().find(|verdict| verdict.driver == driver)
     }
 
-    /// `preventable by 4 of 6`, of a near miss `avoided by 4 of 6`; who disagrees is named.
+    /// `preventable by 4 of 6`, of a near miss `avoided by the ego and 4 of 6`; who disagrees is named. Where no model of a
+    /// person decides, that is said: the ideal driver alone says little.
     #[must_use]
     pub fn words(&self) -> String {
         if self.decided == 0 {
             return "no driver is made for it".into();
         }
+        if !self.people().any(VerdictRecord::decides) {
+            let does = match self.by(ideal::MODEL.id).is_some_and(VerdictRecord::avoids) {
+                true => "avoids it",
+                false => "does not avoid it",
+            };
+            return format!("no model of a person decides; the ideal driver {does}");
+        }
         let word = match self.closing_speed {
-            Some(_) => "preventable",
-            None => "avoided",
+            Some(_) => "preventable by",
+            None => "avoided by the ego and",
         };
-        let count = format!("{word} by {} of {}", self.avoided, self.decided);
+        let count = format!("{word} {} of {}", self.avoided, self.decided);
         match self.disagreement() {
             Some(words) => format!("{count}; {words}"),
             None => count,
         }
+    }
+
+    /// The verdicts of models of people.
+    pub fn people(&self) -> impl Iterator<Item = &VerdictRecord> {
+        { self.drivers.iter() }.filter(|verdict| verdict.driver != ideal::MODEL.id)
     }
 
     /// The same as a sentence, with the last moment of each driver that avoids it; `dt`: seconds between two steps.
@@ -200,18 +224,24 @@ impl PreventabilityRecord {
         told + "."
     }
 
-    /// Where models of people disagree: `cc, r157 do not avoid it, rss, fsm do`.
+    /// Where models of people disagree: `cc, r157 do not avoid it, fsm does`.
     #[must_use]
     pub fn disagreement(&self) -> Option<String> {
-        let people = self.drivers.iter().filter(|v| v.driver != ideal::MODEL.id);
-        let of = |results: &[&str]| -> Vec<&str> {
-            let these = people
-                .clone()
-                .filter(|v| results.contains(&v.result.as_str()));
-            these.map(|v| v.driver.as_str()).collect()
+        let of = |avoids: bool| -> Vec<&str> {
+            let decided = self.people().filter(|verdict| verdict.decides());
+            let these = decided.filter(|verdict| verdict.avoids() == avoids);
+            these.map(|verdict| verdict.driver.as_str()).collect()
         };
-        let (yes, no) = (of(&["avoided"]), of(&["mitigated", "not_avoided"]));
+        let (yes, no) = (of(true), of(false));
+        let verb = |of: &[&str]| if of.len() == 1 { "does" } else { "do" };
         let disagree = !yes.is_empty() && !no.is_empty();
-        disagree.then(|| format!("{} do not avoid it, {} do", no.join(", "), yes.join(", ")))
+        disagree.then(|| {
+            let (fails, avoids) = (verb(&no), verb(&yes));
+            format!(
+                "{} {fails} not avoid it, {} {avoids}",
+                no.join(", "),
+                yes.join(", ")
+            )
+        })
     }
 }

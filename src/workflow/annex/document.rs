@@ -1,9 +1,14 @@
 //! The annex as a document: requirement, results, findings, scenarios, test environment, and what it does not show.
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use nearmiss_base::system::counted;
 use nearmiss_drive::driver::{DRIVERS, driver};
 use nearmiss_drive::simulation::TrafficMode;
 use nearmiss_record::{CaptionedTable, Record};
 use nearmiss_study::evaluation::report::{Block, Document, Figure};
+use nearmiss_study::evaluation::statistics::{FEWEST, RESAMPLES, SEED};
 
 use crate::RateLike;
 
@@ -25,6 +30,8 @@ const LIMITS: &[&str] = &[
      that of the index, if one is named, and of its roads, countries and hours.",
     "The operational design domain is quoted, not checked; tags are ours, after the categories of ISO 34504.",
     "No contact is not competence: standing still avoids contact, too. Read the goals beside.",
+    "A driver has no contact that it would avoid itself: rows of drivers and baselines are for comparison, not findings.",
+    "Verdicts near a boundary change with a small change of the scenario: `nearmiss drivers FILE --vary` shows how near.",
     "It is one kind of evidence for a safety case, no statement of conformity.",
 ];
 
@@ -36,16 +43,15 @@ const TERMS: &[(&str, &str)] = &[
     ),
     (
         "preventable, unpreventable",
-        "the driver avoids the contact in the planner's seat, or does not",
+        "this driver avoids the contact in the planner's seat, or does not; no model proves that nobody could",
     ),
-    ("mitigation", "a contact at least 0.5 m/s slower"),
+    (
+        "mitigation",
+        "a contact no harder than the driver's: closing speed less than 0.5 m/s above it",
+    ),
     (
         "foreseeable",
         "how often the index holds manoeuvres that are at least as extreme; no threshold",
-    ),
-    (
-        "critical situation",
-        "a scenario with a contact, conflict or near miss of the recorded ego, or in which a drive ends in contact",
     ),
     (
         "test environment",
@@ -147,25 +153,16 @@ impl Annex {
         }
         blocks.push(heading("Results"));
         blocks.extend(self.sentences().into_iter().map(text));
-        let tables = [
-            table(
-                "Planners, drivers and baselines, all held to the requirement",
-                "planners",
-                &self.planners(),
-            ),
-            table(
-                "Contacts, with each driver in the same seat",
-                "contacts",
-                &self.contacts(),
-            ),
-            table(
-                "Outcomes, harm, and differences to the first planner, paired by scenario",
-                "standings",
-                &self.standings(),
-            ),
-        ];
-        blocks.extend(tables.into_iter().flatten().map(Block::Table));
+        blocks.extend(self.cautions().into_iter().map(text));
+        let planners = self.planners();
+        let caption = "Planners, and drivers and baselines for comparison";
+        blocks.extend(table(caption, "planners", &planners).map(Block::Table));
         blocks.extend(self.findings());
+        blocks.push(heading("Drivers and baselines"));
+        let caption = "Contacts, with each driver in the same seat";
+        blocks.extend(table(caption, "contacts", &self.contacts()).map(Block::Table));
+        let caption = "Outcomes, harm, and differences from the first planner, paired by scenario";
+        blocks.extend(table(caption, "standings", &self.standings()).map(Block::Table));
         blocks.push(heading("Scenarios"));
         let scenarios: Vec<_> = self.held.iter().map(|held| held.scenario.clone()).collect();
         blocks.extend(
@@ -220,6 +217,30 @@ impl Annex {
         }
     }
 
+    /// What makes the shares less than they seem.
+    fn cautions(&self) -> Vec<String> {
+        let scenarios = || self.held.iter().map(|held| &held.scenario);
+        let all = counted(self.held.len(), "scenario");
+        let mut found = Vec::new();
+        let mut against: BTreeMap<&str, usize> = BTreeMap::new();
+        for planner in scenarios().filter_map(|one| one.made_against.as_deref()) {
+            *against.entry(planner).or_default() += 1;
+        }
+        found.extend(against.iter().map(|(planner, count)| {
+            format!(
+                "{count} of {all} hold attacks that were searched against {planner}: its share is not comparable with \
+                 those of others there."
+            )
+        }));
+        let in_index = scenarios().filter(|one| one.in_index).count();
+        if in_index > 0 {
+            found.push(format!(
+                "{in_index} of {all} are in the index themselves: rates of manoeuvres like theirs are too high."
+            ));
+        }
+        found
+    }
+
     /// What speaks against planners, with maps, and what is open.
     fn findings(&self) -> Vec<Block> {
         let of = |findings: &[Finding]| -> Vec<AnnexDrive> {
@@ -253,7 +274,7 @@ impl Annex {
             })
             .collect();
         if !figures.is_empty() {
-            let title = format!("Contacts, {} of {}", figures.len(), against.len());
+            let title = format!("Contacts, {} of {}", figures.len(), self.pictures().count());
             blocks.push(Block::Figures(title, figures));
         }
         blocks.extend(table("Open: nothing can be said", "open", &open).map(Block::Table));
@@ -272,6 +293,7 @@ impl Annex {
                     .clone()
                     .unwrap_or_else(|| "not known".into()),
             ],
+            vec!["SHA-256 of the program".into(), self.program_sha256.clone()],
             vec!["driven on".into(), self.day.clone()],
             vec![
                 "SHA-256 of the requirement's file".into(),
@@ -283,6 +305,42 @@ impl Annex {
                 provenance.scenarios_sha256.clone().unwrap_or_default(),
             ],
         ];
+        let named = |paths: &[PathBuf]| -> String {
+            let paths: Vec<String> = paths
+                .iter()
+                .map(|path| path.display().to_string())
+                .collect();
+            paths.join(", ")
+        };
+        let requirement = &self.requirement;
+        facts.push(vec!["files".into(), named(&requirement.scenarios)]);
+        facts.extend(
+            requirement
+                .select
+                .iter()
+                .map(|select| vec!["select".into(), select.clone()]),
+        );
+        facts.extend(
+            requirement
+                .index
+                .iter()
+                .map(|index| vec!["index".into(), index.display().to_string()]),
+        );
+        let steps: BTreeSet<String> = { self.held.iter() }
+            .map(|held| format!("{} s", held.scenario.time_step))
+            .collect();
+        facts.push(vec![
+            "time steps".into(),
+            steps.into_iter().collect::<Vec<_>>().join(", "),
+        ]);
+        facts.push(vec![
+            "contact".into(),
+            "of exact bodies, at the steps and between them".into(),
+        ]);
+        facts.push(vec![
+            "intervals".into(),
+            format!("95 %, scenarios on one map together, from {FEWEST} on; percentile bootstrap ({RESAMPLES} resamples, seed {SEED}) or Wilson"),
+        ]);
         let identities = self
             .planners()
             .into_iter()

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use nearmiss_drive::driver::{DRIVERS, NotMadeFor, PreventabilityRecord};
+use nearmiss_drive::driver::{DRIVERS, PreventabilityRecord};
+use nearmiss_drive::generation::PlannerIdentity;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::{EgoSelection, Entry};
@@ -24,7 +25,8 @@ use crate::drive::{
 };
 use crate::{
     EventFilter, INDEX_RADIUS, IndexedEvents, OpenRequest, Overview, PlanError, RateLike,
-    ScenarioEvent, StandIn, Verdicts, open, prepare_beside, rates_like, scenario_events,
+    ScenarioEvent, StandIn, VariantOrigin, Verdicts, country_code, open, prepare_beside,
+    rates_like, scenario_events,
 };
 
 /// Why someone drives.
@@ -89,20 +91,14 @@ impl Finding {
         let Some(verdict) = drivers.and_then(|all| all.by(id)) else {
             return (Self::Open, "contact at the start".into());
         };
-        let open = |why: String| (Self::Open, why);
         if verdict.avoids() {
             return (Self::Preventable, String::new());
         }
-        match (verdict.result.as_str(), &verdict.not_made_for) {
-            ("mitigated", _) => (Self::Harder, String::new()),
-            ("not_avoided", _) => (Self::Unpreventable, String::new()),
-            (_, Some(kind)) => {
-                let words = NotMadeFor::parse(kind)
-                    .map(NotMadeFor::words)
-                    .unwrap_or(kind);
-                open(format!("{id} is not made for {words}"))
-            }
-            _ => open("hit from behind".into()),
+        match verdict.why_undecided() {
+            Some(why) => (Self::Open, why),
+            // As hard as that of the driver, or harder.
+            None if verdict.result == "mitigated" => (Self::Harder, String::new()),
+            None => (Self::Unpreventable, String::new()),
         }
     }
 }
@@ -162,6 +158,8 @@ pub struct AnnexScenario {
     pub file: String,
     /// SHA-256 of its content.
     pub sha256: String,
+    /// Seconds between its time steps.
+    pub time_step: f64,
     /// Its source, as the file says.
     #[schemars(title = "source", extend("rare" = true))]
     pub source: Option<String>,
@@ -169,11 +167,16 @@ pub struct AnnexScenario {
     #[schemars(title = "scenery")]
     pub scenery: String,
     /// Environmental conditions: time of day and weather, as the file says.
-    #[schemars(title = "environment")]
-    pub environment: String,
+    #[schemars(title = "environment", extend("rare" = true))]
+    pub environment: Option<String>,
     /// Dynamic elements: what others do to the recorded ego, at the moment that matters and as events ahead of it.
     #[schemars(title = "dynamic elements")]
     pub dynamic_elements: String,
+    /// Of a generated variant, the planner that its attack was searched against.
+    #[schemars(title = "made against", extend("rare" = true))]
+    pub made_against: Option<String>,
+    /// Whether the index has it.
+    pub in_index: bool,
 }
 
 impl Record for AnnexScenario {
@@ -195,7 +198,7 @@ pub struct HeldScenario {
     figures: Vec<DriveFigures>,
     /// By driver, what it makes of each drive's contact.
     contacts: Vec<Option<PreventabilityRecord>>,
-    /// Maps of contacts that speak against a planner, with captions.
+    /// Maps of contacts of planners that speak against them or are open, with captions.
     pictures: Vec<(String, String)>,
 }
 
@@ -210,7 +213,7 @@ pub struct PlannerFindings {
     pub role: Role,
     /// Its name and version as its process says, and how it is asked; null for rules and the built-in planner.
     pub identity: Option<String>,
-    /// Whether the requirement is met; null where all is met or open.
+    /// Whether the requirement is met; null where nothing speaks against it, but something is open.
     pub met: Option<bool>,
     /// Drives.
     #[schemars(title = "drives")]
@@ -218,6 +221,9 @@ pub struct PlannerFindings {
     /// Drives that reach the goal: standing still avoids contact, too.
     #[schemars(title = "goal")]
     pub goal: usize,
+    /// Drives of which nothing can be said.
+    #[schemars(title = "open")]
+    pub open: usize,
     /// Drives without contact, to the goal or the end of the time.
     #[schemars(title = "no contact")]
     pub no_contact: usize,
@@ -230,17 +236,17 @@ pub struct PlannerFindings {
     /// Contacts that the driver avoids.
     #[schemars(title = "preventable")]
     pub preventable: usize,
-    /// Drives of which nothing can be said.
-    #[schemars(title = "open")]
-    pub open: usize,
     /// Share of drives that meet the requirement, of those that are not open.
-    #[schemars(title = "met", extend("decimals" = 2))]
+    #[schemars(title = "met of decided", extend("decimals" = 2))]
     pub share_met: Option<f64>,
     /// Its interval of 95 %, scenarios on the same map drawn together; from 10 scenarios on.
     pub share_met_ci: Option<Interval>,
-    /// Serious injuries that are expected of its contacts, those without a published curve left out.
-    #[schemars(title = "serious injuries", extend("decimals" = 3))]
-    pub p_serious: f64,
+    /// Serious injuries (MAIS3+) expected of its contacts, a sum over the drives.
+    #[schemars(title = "serious injuries (sum)", extend("decimals" = 3))]
+    pub serious_injuries: f64,
+    /// Contacts without a published curve, left out of the sum.
+    #[schemars(title = "not in the sum", extend("rare" = true))]
+    pub without_curve: usize,
 }
 
 impl Record for PlannerFindings {
@@ -286,6 +292,8 @@ pub struct Annex {
     pub requirement: SafetyRequirement,
     /// SHA-256 of its file.
     pub file_sha256: String,
+    /// SHA-256 of the program.
+    pub program_sha256: String,
     /// The day on which was driven, UTC.
     pub day: String,
     /// Who drives.
@@ -304,6 +312,8 @@ pub struct AnnexRecord {
     pub requirement: SafetyRequirement,
     /// SHA-256 of its file.
     pub file_sha256: String,
+    /// SHA-256 of the program.
+    pub program_sha256: String,
     /// The day on which was driven, UTC.
     pub day: String,
     /// How was planned, by the keys of [planner] in config.toml.
@@ -359,7 +369,11 @@ pub fn held(
         })
     };
     let mut held = HeldScenario {
-        scenario: described(entry, &events, thresholds),
+        scenario: AnnexScenario {
+            in_index: index
+                .is_some_and(|index| index.scenarios.iter().any(|one| one.scenario == entry.name)),
+            ..described(entry, &events, thresholds)
+        },
         rates: events.iter().flat_map(rates).collect(),
         drives: Vec::new(),
         identities: Vec::new(),
@@ -397,7 +411,7 @@ pub fn held(
             last_moment: { last_moment.zip(record.collision_step) }
                 .map(|(last, contact)| thousandths((contact - last) as f64 * dt)),
         });
-        if *role == Role::Planner && finding.is_met() == Some(false) {
+        if *role == Role::Planner && finding.is_met() != Some(true) {
             held.pictures
                 .extend(picture(driven, &planner.name, finding));
         }
@@ -482,16 +496,24 @@ fn described(entry: &Entry, events: &[ScenarioEvent], thresholds: &Thresholds) -
         scenario: row.scenario,
         file: row.file,
         sha256: scenario.hash.to_string(),
+        time_step: scenario.dt(),
         source: scenario.header.attributes.get("source").cloned(),
         scenery: words(&[
             row.road.map(|road| format!("road {road}")),
-            Some(crate::country_code(&entry.name).to_string()).filter(|code| !code.is_empty()),
+            Some(country_code(&entry.name).to_string())
+                .filter(|code| !code.is_empty() && code != "ZAM"),
         ]),
-        environment: environment.map_or_else(
-            || "not said".into(),
-            |said| words(&[said.time_of_day.clone(), said.weather.clone()]),
-        ),
+        environment: environment
+            .map(|said| words(&[said.time_of_day.clone(), said.weather.clone()]))
+            .filter(|words| !words.is_empty()),
+        made_against: VariantOrigin::read(entry).map(|origin| {
+            match origin.manifest.planning.planner {
+                PlannerIdentity::BuiltIn(name) => name,
+                PlannerIdentity::External { named, .. } => named,
+            }
+        }),
         dynamic_elements: dynamic.join(", "),
+        in_index: false,
     }
 }
 
@@ -563,7 +585,11 @@ impl Annex {
                 open,
                 share_met: (decided > 0).then(|| good as f64 / decided as f64),
                 share_met_ci: scenario_interval(&maps),
-                p_serious: drives.iter().filter_map(|drive| drive.p_serious).sum(),
+                serious_injuries: drives.iter().filter_map(|drive| drive.p_serious).sum(),
+                without_curve: drives
+                    .iter()
+                    .filter(|drive| drive.p_serious.is_none())
+                    .count(),
             }
         };
         self.who.iter().enumerate().map(of).collect()
@@ -617,7 +643,7 @@ impl Annex {
         rows
     }
 
-    /// Maps of contacts that speak against planners, with captions.
+    /// Maps of contacts of planners that speak against them or are open, with captions.
     pub(super) fn pictures(&self) -> impl Iterator<Item = &(String, String)> {
         self.held.iter().flat_map(|held| &held.pictures)
     }
@@ -644,6 +670,7 @@ impl Annex {
         AnnexRecord {
             requirement: self.requirement.clone(),
             file_sha256: self.file_sha256.clone(),
+            program_sha256: self.program_sha256.clone(),
             day: self.day.clone(),
             // Values of TOML are values of JSON, too.
             planning: planning

@@ -12,6 +12,7 @@ use nearmiss_scene::scenario::{Scenario, Scene};
 use nearmiss_scene::traffic_rules::RuleReport;
 
 use super::choice::{BUILT_IN, PlannerChoice, RECORDED};
+use crate::VariantOrigin;
 use crate::monitor::{Monitor, MonitorReport};
 use crate::plan::{PlanError, PlanOutcome, PreparedPlan, prepare_beside};
 
@@ -41,6 +42,8 @@ pub struct DrivenScenario {
     pub recorded_rules: Option<RuleReport>,
     /// It is the motion of the recorded ego.
     pub is_recorded: bool,
+    /// A certificate of the variant says that the ideal driver avoids the contact that ended it.
+    pub is_certified: bool,
 }
 
 /// How an ego is driven beyond what its settings say.
@@ -87,6 +90,12 @@ pub fn drive(
         let PlanOutcome { prepared, drive } = outcome;
         let (problem, settings) = (prepared.problem(), prepared.settings);
         let scenario = prepared.driven(&drive);
+        let ego = || drive.ego(problem, &settings);
+        // Certificates are of traffic as it was recorded.
+        let has_contact = matches!(drive.outcome, Outcome::Collision(_));
+        let is_certified = has_contact
+            && drive.traffic.reactions.is_empty()
+            && VariantOrigin::certified(entry, &Scene::new(Arc::clone(&scenario), ego()));
         DrivenScenario {
             name: visible(&entry.name).into_owned(),
             file: entry.display(),
@@ -98,6 +107,7 @@ pub fn drive(
                 None => drive.rules(&scenario, problem, &settings),
             },
             is_recorded,
+            is_certified,
             recorded_rules: prepared
                 .recorded_ego()
                 .map(|scene| RuleReport::from_scene(scene)),
@@ -195,7 +205,7 @@ impl DrivenScenario {
     pub fn preventability(&self) -> Option<PreventabilityRecord> {
         let collision = self.collision()?;
         let scene = self.scene()?;
-        PreventabilityRecord::of(&scene, collision.with, collision.step, false)
+        PreventabilityRecord::of(&scene, collision.with, collision.step, self.is_certified)
     }
 
     /// Whether it ended as a drive may: at the goal, or out of time, without harm.

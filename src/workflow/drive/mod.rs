@@ -18,5 +18,5 @@ pub use record::{
 };
 pub use rules::{RuleRecord, ViolationRecord};
 pub use standing::{
-    BeyondBaselines, DriveFigures, Standing, StandingRecord, beyond_baselines, standings,
+    BeyondBaselines, DriveFigures, Standing, StandingRecord, beyond_baselines, standings, telling,
 };

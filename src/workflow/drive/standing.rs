@@ -1,8 +1,8 @@
 //! Where planners stand beside each other and beside baselines: outcomes and harm, paired with the first one.
 
-use nearmiss_drive::simulation::{CollisionKind, Outcome};
+use nearmiss_drive::simulation::{CollisionKind, Outcome, Policy};
 use nearmiss_record::Record;
-use nearmiss_study::evaluation::statistics::PairedTest;
+use nearmiss_study::evaluation::statistics::{Interval, PairedTest, if_enough};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -74,15 +74,15 @@ pub struct StandingRecord {
     #[schemars(title = "rear-ended")]
     pub rear_ended: usize,
     /// Serious injuries that are expected of its collisions, those without a published curve left out.
-    #[schemars(title = "serious injuries", extend("decimals" = 3))]
+    #[schemars(title = "serious injuries (sum)", extend("decimals" = 3))]
     pub p_serious: f64,
     /// Its share of collisions minus that of the first planner, paired.
-    #[schemars(title = "collisions to the first", extend("decimals" = 2))]
+    #[schemars(title = "collisions minus the first's", extend("decimals" = 2))]
     pub collision_difference: Option<f64>,
     /// 95 % interval of that difference.
     pub collision_difference_ci: Option<(f64, f64)>,
     /// Its share of goals minus that of the first planner, paired.
-    #[schemars(title = "goals to the first", extend("decimals" = 2))]
+    #[schemars(title = "goals minus the first's", extend("decimals" = 2))]
     pub goal_difference: Option<f64>,
     /// 95 % interval of that difference.
     pub goal_difference_ci: Option<(f64, f64)>,
@@ -93,13 +93,23 @@ impl Record for StandingRecord {
     const TITLE: &'static str = "`plan` with several planners: where one stands";
 }
 
-/// Scenarios that a lane follower does not solve.
+/// Scenarios that no baseline solves: lane followers say nothing about these.
 #[derive(Debug, Default, Serialize, JsonSchema)]
 pub struct BeyondBaselines {
-    /// Scenarios in which every baseline ends otherwise than at the goal or out of time.
-    pub scenarios: usize,
+    /// Scenarios in which every baseline ends otherwise than at the goal or out of time, none of them hit from behind.
+    pub scenarios: Vec<String>,
     /// Of these, scenarios in which the first planner ends at the goal or out of time.
     pub first_unharmed: usize,
+    /// Scenarios that no baseline solves, and in which traffic that does not see one brake runs into it: undecided.
+    pub undecided: usize,
+}
+
+/// The interval of a test, where it tells something: of at least 10 scenarios, and wider than nothing, as the bootstrap
+/// cannot vary what is the same everywhere.
+#[must_use]
+pub fn telling(test: &PairedTest, scenarios: usize) -> Option<Interval> {
+    let enough = u32::try_from(scenarios).unwrap_or(u32::MAX);
+    if_enough(test.interval, enough).filter(|interval| interval.low < interval.high)
 }
 
 /// The difference of a figure from the first planner's, and its interval.
@@ -114,7 +124,9 @@ fn difference(
     let test = (differences.len() > 1)
         .then(|| PairedTest::of_differences(&differences))
         .flatten();
-    let interval = test.as_ref().and_then(|test| test.interval);
+    let interval = test
+        .as_ref()
+        .and_then(|test| telling(test, differences.len()));
     (
         test.map(|test| 0.0 - test.difference),
         interval.map(|i| (0.0 - i.high, 0.0 - i.low)),
@@ -150,18 +162,22 @@ pub fn standings(all: &[Standing]) -> Vec<StandingRecord> {
     all.iter().enumerate().map(record).collect()
 }
 
-/// Scenarios that no baseline solves, and what the first planner makes of them.
+/// Scenarios that no baseline solves, and what the first planner makes of them; `scenarios` has their names.
 #[must_use]
-pub fn beyond_baselines(all: &[Standing]) -> BeyondBaselines {
-    let baselines: Vec<&Standing> = all.iter().filter(|one| one.is_baseline).collect();
+pub fn beyond_baselines(all: &[Standing], scenarios: &[String]) -> BeyondBaselines {
+    let is_baseline = |one: &&Standing| Policy::BASELINES.iter().any(|p| p.name() == one.name);
+    let baselines: Vec<&Standing> = all.iter().filter(is_baseline).collect();
     let mut found = BeyondBaselines::default();
-    for (place, drive) in all
-        .first()
-        .iter()
-        .flat_map(|first| first.drives.iter().enumerate())
-    {
-        if baselines.iter().all(|one| !one.drives[place].unharmed) {
-            found.scenarios += 1;
+    let drives = all.first().map_or(&[][..], |first| &first.drives);
+    for (place, (drive, scenario)) in drives.iter().zip(scenarios).enumerate() {
+        let ends = || baselines.iter().map(|one| &one.drives[place]);
+        if ends().any(|end| end.unharmed) {
+            continue;
+        }
+        if ends().any(|end| end.rear_ended) {
+            found.undecided += 1;
+        } else {
+            found.scenarios.push(scenario.clone());
             found.first_unharmed += usize::from(drive.unharmed);
         }
     }

@@ -30,8 +30,7 @@ impl Encounter {
     pub fn at(entry: &Entry, scene: &Scene, moment: &CriticalMoment) -> Option<Self> {
         let severity = moment.grade.number();
         (severity <= NEAR_MISS).then_some(())?;
-        let origin = VariantOrigin::read(entry);
-        let is_certified = origin.is_some_and(|origin| origin.certifies(entry, scene));
+        let is_certified = VariantOrigin::certified(entry, scene);
         let drivers = PreventabilityRecord::of(scene, moment.obstacle, moment.step, is_certified)?;
         Some(Self { severity, drivers })
     }

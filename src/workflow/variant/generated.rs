@@ -5,8 +5,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use nearmiss_base::system::counted;
+use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_drive::generation::{
     Consequence, Effect, GateResult, Refusal, Selection, Variant, VariantFiles, VariantGenerator,
+    Wish,
 };
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Collision, CollisionKind};
@@ -170,6 +172,19 @@ impl Generated {
 }
 
 impl Generated {
+    /// That drivers which are wished to avoid it do not: a wish orders what is found, it forces nothing.
+    #[must_use]
+    pub fn unmet(&self, found: &PreventabilityRecord) -> Option<String> {
+        let wish: Wish = self.settings.wish.as_deref()?.parse().ok()?;
+        let verdicts = wish.preventable_by.iter().filter_map(|id| found.by(id));
+        let words = verdicts.filter(|verdict| !verdict.avoids()).map(|verdict| {
+            let does_not = || format!("{} does not avoid it", verdict.driver);
+            verdict.why_undecided().unwrap_or_else(does_not)
+        });
+        let words: Vec<String> = words.collect();
+        (!words.is_empty()).then(|| format!("preventable-by is not met: {}", words.join(", ")))
+    }
+
     /// Why nothing was tried, where nothing was, that the original is not safe, where it is not, and contacts that do
     /// not count.
     #[must_use]

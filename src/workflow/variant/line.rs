@@ -278,6 +278,12 @@ impl VariantLine {
         let process = baseline.drive().external.as_ref();
         let broken = effect.filter(|effect| effect.breaks_planner());
         let broken = broken.and_then(|effect| effect.drive.external.as_ref());
+        let preventability = { chosen.zip(effect) }
+            .and_then(|(c, effect)| effect.preventability(&workshop.closed, &c.avoidability));
+        let unmet = preventability
+            .as_ref()
+            .and_then(|found| generated.unmet(found));
+        let notes: Vec<String> = unmet.into_iter().chain(generated.note()).collect();
         Self {
             scenario: generated.name.clone(),
             file: generated.file.clone(),
@@ -306,15 +312,14 @@ impl VariantLine {
                 .map(|c| avoidable(&c.avoidability)),
             good_driver: { chosen.zip(effect) }
                 .and_then(|(c, effect)| GoodDriver::new(&workshop.closed, &c.avoidability, effect)),
-            preventability: { chosen.zip(effect) }
-                .and_then(|(c, effect)| effect.preventability(&workshop.closed, &c.avoidability)),
+            preventability,
             style: workshop.style().name().into(),
             plausibility: plausible.as_ref().map(|(own, _)| likelihoods(own)),
             motion_samples: plausible.as_ref().map(|(own, recorded)| ComparedSamples {
                 attacker: own.samples.clone(),
                 recorded: recorded.samples().clone(),
             }),
-            note: generated.note(),
+            note: (!notes.is_empty()).then(|| notes.join("; ")),
             safe_before: workshop.is_safe(),
             baseline: baseline.drive().outcome.name().into(),
             drive: effect.map(|e| e.drive.outcome.name().into()),

@@ -77,6 +77,7 @@ pub struct EncounterFamily<'s> {
     base: [Result<f64, String>; Varied::ALL.len()],
     course: Course,
     regions: Regions,
+    is_certified: bool,
 }
 
 /// An encounter that comes later after a manoeuvre does not follow from it, seconds: drivers drive before both, from 5 s before
@@ -87,11 +88,17 @@ const LATER: f64 = 4.0;
 const AFTER: f64 = 1.0;
 
 impl<'s> EncounterFamily<'s> {
-    /// That of the most severe encounter in which drivers can be asked. Events are those within `radius` metres.
+    /// That of the most severe encounter in which drivers can be asked. Events are those within `radius` metres;
+    /// `is_certified`: a certificate says that the ideal driver avoids it as it was recorded.
     ///
     /// # Errors
     /// There is none, or its other road user does not move by itself: in words.
-    pub fn of(scene: &'s Scene, thresholds: &'s Thresholds, radius: f64) -> Result<Self, String> {
+    pub fn of(
+        scene: &'s Scene,
+        thresholds: &'s Thresholds,
+        radius: f64,
+        is_certified: bool,
+    ) -> Result<Self, String> {
         let context = Context::under(scene, thresholds);
         let severe = critical_moments(&context).into_iter();
         let moment = severe
@@ -134,6 +141,7 @@ impl<'s> EncounterFamily<'s> {
             base,
             course,
             regions: Regions::new(scenario),
+            is_certified,
         })
     }
 
@@ -227,7 +235,11 @@ impl<'s> EncounterFamily<'s> {
         }
         let field =
             Field::around(&scene, worst.step).ok_or("its encounter begins with the recording")?;
-        Ok(Preventability::in_field(&field, id, worst.step))
+        let mut found = Preventability::in_field(&field, id, worst.step);
+        if self.is_certified && *values == self.recorded() {
+            found.ideal_avoids();
+        }
+        Ok(found)
     }
 
     /// The motion for other programs, with parameters that have the recorded values and these ranges.

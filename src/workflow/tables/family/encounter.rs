@@ -4,14 +4,15 @@ use std::str::FromStr;
 
 use nearmiss_drive::driver::{DRIVERS, DriverVerdict};
 use nearmiss_drive::generation::{EncounterFamily, Values, Varied};
-use nearmiss_formats::VariedMotion;
+use nearmiss_formats::{Entry, VariedMotion};
 use nearmiss_record::{Cell, Column, Kind, Row};
+use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Scene;
 use rayon::prelude::*;
 
 use super::{Driven, FamilyResults, Outcome, Panel, Seat, Source};
-use crate::INDEX_RADIUS;
+use crate::{INDEX_RADIUS, VariantOrigin};
 
 /// A parameter to vary, `gap`, `gap=2..20` or `gap=2..20:0.5`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -185,17 +186,23 @@ fn short(value: f64) -> String {
 }
 
 impl EncounterCases {
-    /// The cases of the most severe encounter of a scene, and the family that they are of. `name` is that of the scenario.
+    /// The cases of the most severe encounter in the scene of an entry, and the family that they are of.
     ///
     /// # Errors
     /// There is none that could be varied so, or a parameter has no meaning in it; or there are too many cases.
     pub fn of<'s>(
-        name: &str,
+        entry: &Entry,
         scene: &'s Scene,
         thresholds: &'s Thresholds,
         asked: &[Vary],
     ) -> Result<(Self, EncounterFamily<'s>), String> {
-        let family = EncounterFamily::of(scene, thresholds, INDEX_RADIUS)?;
+        let family = EncounterFamily::of(
+            scene,
+            thresholds,
+            INDEX_RADIUS,
+            VariantOrigin::certified(entry, scene),
+        )?;
+        let name = visible(&entry.name);
         let mut axes: Vec<Axis> = Vec::new();
         for (place, vary) in asked.iter().enumerate() {
             let varied = vary.varied;
