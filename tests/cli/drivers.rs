@@ -120,8 +120,20 @@ fn a_story_ends_with_who_would_have_avoided_it() {
         told += 1;
         assert_eq!(all.len(), sentences + 1, "{text}");
         let last = all[sentences];
-        let count = format!("by {} of {}", row["avoided"], row["decided"]);
-        assert!(last.contains(&count), "{last}");
+        let undecided = ["not_made_for", "hit_from_behind"];
+        let decides = |id: &&str| !undecided.contains(&row[*id].as_str().unwrap());
+        let (people, closing) = (&IDS[..5], &row["closing_speed"]);
+        let count = match (people.iter().any(decides), closing.is_null()) {
+            (false, _) => "No model of a person decides; the ideal driver ".to_string(),
+            (true, false) => format!("Preventable by {} of {}", row["avoided"], row["decided"]),
+            (true, true) => {
+                format!(
+                    "Avoided by the ego and {} of {}",
+                    row["avoided"], row["decided"]
+                )
+            }
+        };
+        assert!(last.starts_with(&count), "{last}");
         for id in IDS {
             let moment = row[format!("{id}_last_moment")].as_f64();
             let words = moment.map(|moment| format!("{moment:.1} s"));
