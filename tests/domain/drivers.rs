@@ -257,6 +257,16 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
             .iter()
             .any(|v| v.driver.id != "ideal" && v.result == DriverResult::Avoided);
         assert!(!others || ideal == DriverResult::Avoided, "{}", one.name);
+        let speed = |result: &DriverResult| result.contact().map_or(0.0, |c| c.closing_speed);
+        for other in found.verdicts.iter().filter(|v| v.result.decides()) {
+            let (bound, own) = (speed(&ideal), speed(&other.result));
+            assert!(
+                bound <= own,
+                "{} {}: {bound} > {own}",
+                one.name,
+                other.driver.id
+            );
+        }
         if others && alone.is_none_or(|ride| ride.touch.is_some()) {
             beaten += 1;
             println!(
