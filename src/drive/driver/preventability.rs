@@ -138,12 +138,14 @@ impl Preventability {
             })
         });
         let verdicts: Vec<DriverVerdict> = verdicts.collect();
-        // What another driver does, the ideal one can do, too.
+        // What another driver does, or the ego did, the ideal one can do, too.
+        let own = contact.map_or(DriverResult::Avoided, DriverResult::NotAvoided);
         let speed = |result: &DriverResult| result.contact().map_or(0.0, |c| c.closing_speed);
         let decided = verdicts
             .iter()
             .map(|v| v.result)
-            .filter(DriverResult::decides);
+            .filter(DriverResult::decides)
+            .chain([own]);
         let least = decided.min_by(|a, b| speed(a).total_cmp(&speed(b)));
         let mut found = Self {
             obstacle,
