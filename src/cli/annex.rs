@@ -12,7 +12,7 @@ use nearmiss_workflow::{read_events, selected};
 
 use super::ending::interrupted;
 use super::files::Inputs;
-use super::many_files::{Job, NEXT, ShardOption};
+use super::many_files::{Job, NEXT};
 use super::open::{configuration, found, user_thresholds};
 use super::output::{self, Target};
 use super::{Failure, Outcome};
@@ -33,8 +33,6 @@ pub struct AnnexArguments {
     /// Replace existing files.
     #[arg(long, requires = "output")]
     overwrite: bool,
-    #[command(flatten)]
-    part: ShardOption,
 }
 
 /// What a file is written as.
@@ -76,10 +74,6 @@ pub fn run(arguments: &AnnexArguments) -> Outcome {
         .map_err(|failure| of_file(&format!("scenarios: {}", failure.message)))?;
     let entries = selected(entries, requirement.select.as_deref(), &thresholds)
         .map_err(|why| of_file(&why))?;
-    let entries = arguments.part.of(entries);
-    if entries.is_empty() {
-        return Ok(());
-    }
     let files = begun(arguments, &entries)?;
     let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);
@@ -163,6 +157,14 @@ fn begun(
         }
         Ok((Target::begin(Some(file), arguments.overwrite)?, format))
     };
+    let twice = { arguments.output.iter().enumerate() }
+        .find(|(place, file)| arguments.output[..*place].contains(file));
+    if let Some((_, file)) = twice {
+        return Err(Failure::input(format!(
+            "-o {}: named twice",
+            file.display()
+        )));
+    }
     arguments.output.iter().map(begin).collect()
 }
 

@@ -208,6 +208,13 @@ type Judged = (Vec<String>, std::sync::Arc<Scene>, Vec<Encounter>);
 
 fn judged(entry: &Entry, ego: &EgoSelection, thresholds: &Thresholds) -> Result<Judged, Failure> {
     let (scene, mut said) = scene_and_doubts(entry, ego)?;
+    let dt = scene.scenario.dt();
+    if dt > COARSE {
+        said.push(format!(
+            "nearmiss: {}: time steps of {dt} s are too coarse for drivers: delays are whole steps, and they brake late",
+            output::visible(&entry.display())
+        ));
+    }
     let (found, early) = encounters(entry, &scene, thresholds);
     said.extend(left_out(early).map(|words| {
         let name = output::visible(&entry.display());
@@ -215,6 +222,9 @@ fn judged(entry: &Entry, ego: &EgoSelection, thresholds: &Thresholds) -> Result<
     }));
     Ok((said, scene, found))
 }
+
+/// Delays of drivers are 0.35 s and more, and whole time steps, seconds.
+const COARSE: f64 = 0.2;
 
 /// The table for people.
 fn text(rows: &[Row]) -> String {

@@ -1,5 +1,6 @@
 //! `corpus rate --like`: how often a corpus holds something as extreme as scenarios do, and who would avoid it.
 
+use nearmiss_drive::driver::VerdictRecord;
 use nearmiss_render::{JudgedEvent, Palette, Picture, TwoAxesChart};
 use nearmiss_scene::corpus::Egos;
 use nearmiss_workflow::{
@@ -82,7 +83,8 @@ pub fn run(arguments: &Rates, index: &IndexedEvents, filter: &EventFilter) -> Ou
 fn picture(compared: &[Compared]) -> Result<Picture, Failure> {
     let event = |one: &Compared| {
         let (_, drivers) = one.event.drivers.as_ref()?;
-        let first = one.rates.first().filter(|_| drivers.decided > 0)?;
+        let decides = drivers.people().any(VerdictRecord::decides);
+        let first = one.rates.first().filter(|_| decides)?;
         let manoeuvre = one.event.event.manoeuvre.name();
         let of = |egos| one.rates.iter().find(|row| row.rate.ego_source == egos);
         Some(JudgedEvent {
@@ -96,12 +98,12 @@ fn picture(compared: &[Compared]) -> Result<Picture, Failure> {
     let missing = compared.len() - events.len();
     if events.is_empty() {
         return Err(Failure::input(
-            "-o: no driver decides any of the events: there is no figure of who avoids them",
+            "-o: no model of a person decides any of the events: there is no figure of who avoids them",
         ));
     }
     if missing > 0 {
         output::say(&format!(
-            "nearmiss: not in the figure: {} that no driver decides",
+            "nearmiss: not in the figure: {} that no model of a person decides",
             output::counted(missing, "event")
         ));
     }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use nearmiss_record::{CaptionedTable, Record, Table, columns, rows};
 use nearmiss_render::{Palette, Picture, Provenance, RateChart, RatePoint};
+use nearmiss_scene::corpus::EventKind;
 use nearmiss_workflow::{EventFilter, IndexedEvents, Rate, events_that_fit, rates, read_events};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -65,6 +66,11 @@ pub fn run(arguments: &Rates) -> Outcome {
         return print("events", &found, arguments.format);
     }
     let found = rates(&index, &filter);
+    if found.is_empty() && !EventKind::ALL.into_iter().any(|kind| filter.asks_for(kind)) {
+        return Err(Failure::input(
+            "terms: no manoeuvre fits all of them; name one, or leave manoeuvre: out",
+        ));
+    }
     if found.is_empty() {
         return Err(nothing_drives(arguments));
     }

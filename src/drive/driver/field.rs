@@ -150,19 +150,43 @@ impl<'s> Field<'s> {
         Some(field)
     }
 
+    /// The field around the ego's encounter with an obstacle that is worst at a step. It ends before the ego touches another
+    /// one: that is another encounter. `None` where the ego is not there before, or touched another one before.
+    #[must_use]
+    pub fn of_encounter(scene: &'s Scene, obstacle: i64, step: i64) -> Option<Self> {
+        let mut field = Self::around(scene, step)?;
+        match field.recorded().touch {
+            Some(touch) if touch.obstacle == obstacle => {}
+            Some(touch) if touch.step <= step => return None,
+            Some(touch) => field.last = touch.step - 1,
+            None => {}
+        }
+        Some(field)
+    }
+
     fn look_around(&self) -> Vec<Other<'s>> {
         let end = self.ego.last().map(|(s, v)| s + v * AFTER);
         let places = self.ego.iter().map(|(s, _)| *s).chain(end);
+        let Some(from) = self.lookout.path.at(0.0) else {
+            return Vec::new();
+        };
+        // In the frame of the path's beginning: how the map lies must not decide who is looked at.
+        let (ahead, left) = (from.heading.sin_cos(), from.left());
+        let ahead = Vector::new(ahead.1, ahead.0);
+        let local = |p: &Point| {
+            let way = p - from.position;
+            Point::new(way.dot(&ahead), way.dot(&left))
+        };
         let points = places.filter_map(|s| self.lookout.path.at(s));
         let bounds = points.fold(None, |bounds: Option<(Point, Point)>, pose| {
-            let p = pose.position;
+            let p = local(&pose.position);
             Some(bounds.map_or((p, p), |(low, high)| (low.inf(&p), high.sup(&p))))
         });
         let Some((low, high)) = bounds else {
             return Vec::new();
         };
         let near = |p: &Point, reach: f64| {
-            let most = AROUND + reach;
+            let (most, p) = (AROUND + reach, local(p));
             (low.x - most..=high.x + most).contains(&p.x)
                 && (low.y - most..=high.y + most).contains(&p.y)
         };

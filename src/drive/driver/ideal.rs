@@ -270,12 +270,21 @@ const GAP: f64 = 0.1;
 const ROUNDING: f64 = 1e-9;
 
 /// Straight on first, and to the sides then.
+/// The speed at which an acceleration ends, m/s: who stands can drive away.
+fn until(acceleration: f64, share: f64, speed: f64) -> f64 {
+    let share_of = share * speed;
+    match acceleration > 0.0 {
+        true => share_of.max(speed + 10.0 * (share - 1.0)),
+        false => share_of,
+    }
+}
+
 fn manoeuvres(speed: f64) -> impl Iterator<Item = Manoeuvre> {
     let straight = ALONG
         .into_iter()
         .map(move |(acceleration, share)| Manoeuvre {
             acceleration,
-            until: share * speed,
+            until: until(acceleration, share, speed),
             aside: 0.0,
             over: 1.0,
         });
@@ -293,7 +302,7 @@ fn manoeuvres(speed: f64) -> impl Iterator<Item = Manoeuvre> {
                 .into_iter()
                 .map(move |(acceleration, share)| Manoeuvre {
                     acceleration: acceleration.max(-room),
-                    until: share * speed,
+                    until: until(acceleration, share, speed),
                     aside,
                     over,
                 })

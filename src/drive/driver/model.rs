@@ -163,7 +163,8 @@ impl Foot {
 
     /// Whether it is still on its way in this step.
     pub fn is_late(&mut self, dt: f64) -> bool {
-        let late = self.delay > 0.0;
+        // Steps of 0.05 s leave a residue.
+        let late = self.delay > 1e-9;
         if late {
             self.delay -= dt;
         }

@@ -252,20 +252,18 @@ impl Field<'_> {
     /// What kinds of conflict it is that models may not be made for.
     fn kinds(&self, obstacle: i64, step: i64, contact: Option<&Touch>) -> Vec<NotMadeFor> {
         let mut kinds = Vec::new();
-        let place = |at: i64| {
-            let other = self
-                .others
-                .iter()
-                .find(|o| o.participant.obstacle.id == obstacle)?;
-            let at = usize::try_from(at - self.first).ok()?;
-            Some((
-                other.participant.obstacle.kind,
-                other.places.get(at).copied().flatten()?,
-            ))
-        };
-        let Some((kind, there)) = place(step).or_else(|| place(step - 1)) else {
+        let mut all = self.scene.participants();
+        let Some(other) = all.find(|one| one.obstacle.id == obstacle) else {
             return kinds;
         };
+        let seen = { self.others.iter() }.find(|o| o.participant.obstacle.id == obstacle);
+        let place = |at: i64| {
+            let at = usize::try_from(at - self.first).ok()?;
+            seen?.places.get(at).copied().flatten()
+        };
+        if other.obstacle.kind == ObstacleType::Pedestrian {
+            kinds.push(NotMadeFor::Pedestrian);
+        }
         let ego = self
             .ego
             .get((step - self.first) as usize)
@@ -273,14 +271,16 @@ impl Field<'_> {
         let Some(&(s, _)) = ego else {
             return kinds;
         };
-        if kind == ObstacleType::Pedestrian {
-            kinds.push(NotMadeFor::Pedestrian);
-        }
         // Its direction is that before the contact: who turns across the way crosses it or comes towards the ego for a while.
         let approach = (APPROACH / self.lookout.dt).round() as i64;
+        // Who is too far aside to be on the path is compared with the ego's own heading.
         let moving = { (self.first..=step).rev() }.filter_map(|at| {
-            let (_, place) = place(at)?;
-            (place.velocity.norm() > STANDING).then_some((at, place.turned.abs()))
+            let (own, motion) = (self.scene.ego.track.at(at)?, other.at(at)?);
+            let turned = match place(at) {
+                Some(place) => place.turned,
+                None => angle_between(own.pose.heading, motion.pose.heading),
+            };
+            (motion.velocity.abs() > STANDING).then_some((at, turned.abs()))
         });
         let mut moving = moving.peekable();
         let last = moving.peek().map(|(at, _)| *at);
@@ -292,7 +292,9 @@ impl Field<'_> {
         } else if turned > CROSSING {
             kinds.push(NotMadeFor::Crossing);
         }
-        let behind = there.along + there.half_long < s + self.lookout.own[0].0;
+        let there = place(step).or_else(|| place(step - 1));
+        let behind =
+            there.is_some_and(|there| there.along + there.half_long < s + self.lookout.own[0].0);
         if contact.map_or(behind, Touch::is_from_behind) {
             kinds.push(NotMadeFor::Behind);
         }

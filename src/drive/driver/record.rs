@@ -158,10 +158,10 @@ impl VerdictRecord {
 
 impl PreventabilityRecord {
     /// What drivers make of the encounter with an obstacle that is worst at `step`, with their last moments; `is_certified`:
-    /// a certificate says that the ideal one avoids it. `None` where the ego is not there before.
+    /// a certificate says that the ideal one avoids it. `None` where the ego is not there before, or touched another one.
     #[must_use]
     pub fn of(scene: &Scene, obstacle: i64, step: i64, is_certified: bool) -> Option<Self> {
-        let field = Field::around(scene, step)?;
+        let field = Field::of_encounter(scene, obstacle, step)?;
         let mut found = Preventability::in_field(&field, obstacle, step);
         if is_certified {
             found.ideal_avoids();

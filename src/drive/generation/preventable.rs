@@ -49,7 +49,7 @@ impl Effect {
         let scene = self.scene(closed);
         let judged = self.encounter().and_then(|(obstacle, step)| {
             Some(Preventability::in_field(
-                &Field::around(&scene, step)?,
+                &Field::of_encounter(&scene, obstacle, step)?,
                 obstacle,
                 step,
             ))

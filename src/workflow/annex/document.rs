@@ -87,7 +87,10 @@ fn words(caption: &str, name: &str, titles: &[&str], rows: Vec<Vec<String>>) -> 
 
 /// The result of a planner in a sentence.
 fn sentence(one: &PlannerFindings) -> String {
-    let mut parts = vec![format!("{} without contact", one.no_contact)];
+    let mut parts = vec![
+        format!("{} reach the goal", one.goal),
+        format!("{} without contact", one.no_contact),
+    ];
     let counts = [
         (
             one.unpreventable,
@@ -232,6 +235,12 @@ impl Annex {
                  those of others there."
             )
         }));
+        if !self.missed.is_empty() {
+            found.push(format!(
+                "{} could not be driven by everyone: nothing is met as a whole.",
+                counted(self.missed.len(), "scenario")
+            ));
+        }
         let in_index = scenarios().filter(|one| one.in_index).count();
         if in_index > 0 {
             found.push(format!(

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nearmiss_base::system::counted;
 use nearmiss_drive::driver::{DRIVERS, PreventabilityRecord};
 use nearmiss_drive::generation::PlannerIdentity;
 use nearmiss_drive::planner::Cancel;
@@ -78,6 +79,14 @@ impl Finding {
         drivers: Option<&PreventabilityRecord>,
         id: &str,
     ) -> (Self, String) {
+        // A drive that no vehicle can do shows nothing; what was recorded was driven.
+        if driven.is_beyond_vehicle() == Some(true) && !driven.is_recorded {
+            let beyond = driven.drive.undrivable().len();
+            return (
+                Self::Open,
+                format!("{} beyond the vehicle", counted(beyond, "step")),
+            );
+        }
         if driven.unharmed() {
             return (Self::NoContact, String::new());
         }
@@ -423,21 +432,25 @@ pub fn held(
 }
 
 impl HeldScenario {
-    /// Leaves contacts open that no one in the planner's seat avoids, and that the driver does not come to where it drives
-    /// from the start: whether the planner drove into it, or the attack was made for its timing, is not known.
+    /// Leaves contacts open that the driver does not avoid in the planner's seat, unless it comes to a contact with the same
+    /// road user that it does not avoid itself when it drives from the start: whether the planner drove into it, or the attack
+    /// was made for its timing, is not known.
     fn doubt(&mut self, who: &[(PlannerChoice, Role)], driver: &str) {
-        let from_start = who
-            .iter()
-            .position(|(planner, _)| planner.policy.is_some_and(|policy| policy.name() == driver));
-        let avoids = from_start.is_some_and(|place| self.figures[place].is_unharmed());
-        let unpreventable = self
-            .drives
-            .iter_mut()
-            .filter(|drive| avoids && drive.finding == Finding::Unpreventable);
+        let from_start = who.iter().position(|(planner, _)| {
+            { planner.policy }.is_some_and(|policy| policy.name() == driver)
+        });
+        let Some(own) = from_start.map(|place| self.drives[place].clone()) else {
+            return;
+        };
+        let is_same = |drive: &AnnexDrive| {
+            own.finding == Finding::Unpreventable && own.obstacle == drive.obstacle
+        };
+        let unpreventable = { self.drives.iter_mut() }
+            .filter(|drive| drive.finding == Finding::Unpreventable && !is_same(drive));
         for drive in unpreventable {
             drive.finding = Finding::Open;
             drive.why_open = format!(
-                "not avoided by {driver} in its seat, but {driver} has no contact from the start"
+                "not avoided by {driver} in its seat, but {driver} has no such contact from the start"
             );
         }
     }
@@ -568,7 +581,7 @@ impl Annex {
                     .held
                     .iter()
                     .find_map(|held| held.identities[place].clone()),
-                met: match (decided - good, open, good) {
+                met: match (decided - good, open + self.missed.len(), good) {
                     (0, 0, 1..) => Some(true),
                     (0, ..) => None,
                     _ => Some(false),
@@ -585,7 +598,12 @@ impl Annex {
                 open,
                 share_met: (decided > 0).then(|| good as f64 / decided as f64),
                 share_met_ci: scenario_interval(&maps),
-                serious_injuries: drives.iter().filter_map(|drive| drive.p_serious).sum(),
+                // An empty sum is -0.
+                serious_injuries: drives
+                    .iter()
+                    .filter_map(|drive| drive.p_serious)
+                    .sum::<f64>()
+                    + 0.0,
                 without_curve: drives
                     .iter()
                     .filter(|drive| drive.p_serious.is_none())

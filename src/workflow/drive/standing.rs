@@ -73,9 +73,15 @@ pub struct StandingRecord {
     /// Of these, another's front into the ego's rear: traffic that follows its recording does not see it brake.
     #[schemars(title = "rear-ended")]
     pub rear_ended: usize,
+    /// Drives that end off the road, infeasible or with an error of the planner: they have no collision any more.
+    #[schemars(title = "cut short")]
+    pub cut_short: usize,
     /// Serious injuries that are expected of its collisions, those without a published curve left out.
     #[schemars(title = "serious injuries (sum)", extend("decimals" = 3))]
     pub p_serious: f64,
+    /// Collisions without a published curve.
+    #[schemars(title = "not in the sum", extend("rare" = true))]
+    pub without_curve: usize,
     /// Its share of collisions minus that of the first planner, paired.
     #[schemars(title = "collisions minus the first's", extend("decimals" = 2))]
     pub collision_difference: Option<f64>,
@@ -152,7 +158,10 @@ pub fn standings(all: &[Standing]) -> Vec<StandingRecord> {
             collision: count(|d| d.is_collision),
             ran_into: count(|d| d.ran_into),
             rear_ended: count(|d| d.rear_ended),
-            p_serious: one.drives.iter().filter_map(|d| d.harm).sum(),
+            cut_short: count(|d| !d.unharmed && !d.is_collision),
+            // An empty sum is -0.
+            p_serious: one.drives.iter().filter_map(|d| d.harm).sum::<f64>() + 0.0,
+            without_curve: count(|d| d.harm.is_none()),
             collision_difference,
             collision_difference_ci,
             goal_difference,

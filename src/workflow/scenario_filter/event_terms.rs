@@ -128,7 +128,8 @@ impl EventFilter {
     }
 
     /// Whether events of a kind may fit.
-    pub(crate) fn asks_for(&self, kind: EventKind) -> bool {
+    #[must_use]
+    pub fn asks_for(&self, kind: EventKind) -> bool {
         let of_kind = |test: &EventTest| match test {
             EventTest::Kind(any) => Some(any.has(kind as usize)),
             _ => None,

@@ -109,6 +109,12 @@ impl Vary {
             step => step,
         };
         if is_start {
+            let most = family.seconds();
+            if from < -most || to > most {
+                return Err(format!(
+                    "{name} is within ±{most:.1} s, the length of the recording"
+                ));
+            }
             let whole = |value: f64| ((value / dt).round() * dt - value).abs() < ROUNDING;
             if let Some(broken) = [from, step].into_iter().find(|value| !whole(*value)) {
                 return Err(format!(
