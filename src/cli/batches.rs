@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::filters::store;
 use super::open::configuration;
-use super::{Failure, Outcome, ending, json, output};
+use super::{Failure, Outcome, ending, output};
 use nearmiss_ask::llm::{Client, Environment, Error, Parameters, Registry};
 use nearmiss_store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
 use nearmiss_study::evaluation::remote::{self, GivenUp, Progress, RemoteError};
@@ -364,11 +364,6 @@ pub struct Document {
     /// Number of results in the store.
     results: u64,
     problem: Option<String>,
-}
-
-impl json::Output for Document {
-    const NAME: &'static str = "runs-batches";
-    const TITLE: &'static str = "`runs batches --format json`: one batch at a provider a line";
 }
 
 impl Document {

@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::filters::{LAST, last_batch, store_to_read};
 use super::open::{configuration, found, user_thresholds};
 use super::output::{self, OutputFile, Target, counted};
-use super::{Failure, Outcome, json, knobs};
+use super::{Failure, Outcome, knobs};
 
 /// The ending of bundles.
 pub const ENDING: &str = "nearmiss";
@@ -155,12 +155,6 @@ fn batch(
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(transparent)]
 pub struct BundleDocument(Manifest);
-
-impl json::Output for BundleDocument {
-    const NAME: &'static str = "runs-import-dry-run";
-    const TITLE: &'static str =
-        "`runs import BUNDLE --dry-run --format json`: the manifest of a bundle";
-}
 
 /// Checks a bundle, and prints what is in it.
 pub fn show(file: &Path, format: output::FormatOption) -> Outcome {

@@ -15,7 +15,7 @@ use toml::Value;
 
 use super::doctor::open_to_others;
 use super::open::unusable;
-use super::{Failure, Outcome, json, output};
+use super::{Failure, Outcome, output};
 
 /// Subcommands of `config`.
 #[derive(Debug, clap::Subcommand)]
@@ -302,11 +302,6 @@ pub struct ThemeDocument {
     /// Whether it is made for dark backgrounds.
     dark: Option<bool>,
     problem: Option<String>,
-}
-
-impl json::Output for ThemeDocument {
-    const NAME: &'static str = "config-themes";
-    const TITLE: &'static str = "`config themes --format json`: one theme a line";
 }
 
 /// Every theme, or the one of this name, as JSON lines.

@@ -78,12 +78,6 @@ struct ShowRow {
     counts: [u64; SEVERITIES],
 }
 
-impl json::Output for ShowDocument {
-    const NAME: &'static str = "corpus-show";
-    const TITLE: &'static str =
-        "`corpus show --format json`: windows by manoeuvre, road and severity";
-}
-
 /// Prints the table.
 pub fn show(arguments: &Show) -> Outcome {
     let coverage = coverage(&arguments.folder)?;
@@ -239,11 +233,6 @@ pub struct SampleLine {
     /// With --hard: how the drives of the baselines end (constant-velocity, lane-following, idm), the outcome or the kind of
     /// collision.
     pub(super) baselines: Option<Vec<&'static str>>,
-}
-
-impl json::Output for SampleLine {
-    const NAME: &'static str = "corpus-sample";
-    const TITLE: &'static str = "`corpus sample --format json`: one drawn window a line";
 }
 
 const TEXTS: [&str; 5] = ["scenario", "file", "ego_source", "manoeuvre", "road"];

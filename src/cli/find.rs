@@ -102,11 +102,6 @@ struct FindWindow {
     values: std::collections::BTreeMap<&'static str, Option<f64>>,
 }
 
-impl json::Output for FindDocument {
-    const NAME: &'static str = "corpus-find";
-    const TITLE: &'static str = "`corpus find --format json`: terms and the windows that fit them";
-}
-
 /// Runs `find`.
 pub fn run(arguments: &Find) -> Outcome {
     let words = arguments.terms.join(" ");

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::filters::store;
-use super::{Failure, Outcome, bundle, json, output};
+use super::{Failure, Outcome, bundle, output};
 
 /// Arguments of `runs import`.
 #[derive(Debug, clap::Args)]
@@ -42,11 +42,6 @@ pub struct Counts {
     absent: usize,
     /// Runs that could not be read.
     unreadable: usize,
-}
-
-impl json::Output for Counts {
-    const NAME: &'static str = "runs-import";
-    const TITLE: &'static str = "`runs import --format json`: counts";
 }
 
 /// Runs `runs import`.

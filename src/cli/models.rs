@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::open::configuration;
-use super::{Failure, Outcome, json, output};
+use super::{Failure, Outcome, output};
 use nearmiss_ask::llm::{
     Client, Discovered, Environment, KeyState, ModelListing, PriceTable, Pricing, Probed, Registry,
     Retirement, probe,
@@ -134,11 +134,6 @@ pub struct ModelLine<'m> {
     warning: Option<String>,
     /// Whether it runs on this machine.
     running: bool,
-}
-
-impl json::Output for ModelLine<'_> {
-    const NAME: &'static str = "models";
-    const TITLE: &'static str = "`models --format json`: one model a line";
 }
 
 /// The built-in judge.

@@ -8,6 +8,7 @@ use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use nearmiss_ask::llm::{Environment, Parameters, Registry};
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::system::unknown;
 use nearmiss_drive::simulation::Settings;
@@ -26,6 +27,8 @@ use nearmiss_workflow::{
     MissingEgo, Models, OpenError, OpenRequest, OpenedScene, StandIn, find, named_tables, open,
     read_as_said,
 };
+
+use tokio::runtime::Runtime;
 
 use super::files::{Inputs, say_shared_names, without_side_files};
 use super::plan::as_ego;
@@ -454,6 +457,38 @@ pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
     let said =
         TextFile::read(path).map_err(|error| Failure::input(format!("--thresholds {error}")))?;
     Thresholds::read(&said.text, &said.file).map_err(Failure::input)
+}
+
+/// What waits for the network, on so many threads.
+pub fn runtime(threads: usize) -> Result<Runtime, Failure> {
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(threads)
+        .enable_all()
+        .build()
+        .map_err(Failure::input)
+}
+
+/// The parameters of config.toml, without what single commands ask for.
+pub fn configured_parameters(config: &Config) -> Parameters {
+    Parameters {
+        log_probabilities: false,
+        ..nearmiss_workflow::parameters(config)
+    }
+}
+
+/// The models of these providers.
+pub fn configured_models(
+    providers: &toml::Table,
+    folders: &Folders,
+    parameters: Parameters,
+    budget: Option<f64>,
+) -> Models {
+    Models::new(
+        Registry::lenient(providers, &folders.config_file()),
+        Environment::with_files(&[Path::new("."), &folders.config]),
+        parameters,
+        budget,
+    )
 }
 
 /// The judge with a model's name; a key that came with the current folder is told.

@@ -25,7 +25,7 @@ use super::open::{
     user_thresholds,
 };
 use super::span::Span;
-use super::{Failure, Outcome, json, knobs, output};
+use super::{Failure, Outcome, knobs, output};
 
 /// What is asked, about what, and how: shared by `prompt` and `ask`.
 #[derive(Debug, clap::Args)]
@@ -109,11 +109,6 @@ pub struct PromptDocument {
     tokens: usize,
     #[schemars(with = "Vec<serde_json::Value>")]
     messages: Vec<Message>,
-}
-
-impl json::Output for PromptDocument {
-    const NAME: &'static str = "prompt-show";
-    const TITLE: &'static str = "`prompt show --format json`: the messages to a model";
 }
 
 /// Runs `prompt`.
@@ -221,12 +216,6 @@ pub struct DescriptionDocument {
     spans: Vec<description::Span>,
 }
 
-impl json::Output for DescriptionDocument {
-    const NAME: &'static str = "prompt-describe";
-    const TITLE: &'static str =
-        "`prompt describe --format json`: a description and the source of its numbers";
-}
-
 /// What happened, for programs.
 #[derive(Serialize, JsonSchema)]
 pub struct StoryDocument {
@@ -245,12 +234,6 @@ pub struct StoryDocument {
     /// Which drivers would have avoided the contact, conflict or near miss; null without one, and where it begins with the
     /// recording.
     preventability: Option<PreventabilityRecord>,
-}
-
-impl json::Output for StoryDocument {
-    const NAME: &'static str = "prompt-describe-story";
-    const TITLE: &'static str =
-        "`prompt describe --story --format json`: what happened, and its facts";
 }
 
 /// Runs `describe`.

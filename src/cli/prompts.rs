@@ -15,7 +15,7 @@ use similar::TextDiff;
 
 use super::open::configuration;
 use super::prompt::{self, Describe, PromptArguments};
-use super::{Failure, Outcome, json, output};
+use super::{Failure, Outcome, output};
 
 /// Subcommands of `prompt`.
 #[derive(Debug, clap::Subcommand)]
@@ -185,11 +185,6 @@ pub struct Document {
     #[serde(skip_serializing_if = "Option::is_none")]
     summary: Option<String>,
     problem: Option<String>,
-}
-
-impl json::Output for Document {
-    const NAME: &'static str = "prompt-list";
-    const TITLE: &'static str = "`prompt list --format json`: one template a line";
 }
 
 fn list(library: &Library, as_json: bool) -> Outcome {

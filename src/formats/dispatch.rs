@@ -56,11 +56,13 @@ pub(super) trait Format: Sync {
         Applies::Nothing
     }
 
-    /// The scenarios in a file, without reading each.
+    /// The scenarios in a file, without reading each; by default it is one.
     ///
     /// # Errors
     /// The file is damaged.
-    fn parts(&self, path: &Path) -> Result<Parts, ReadError>;
+    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
+        Ok(Parts::One)
+    }
 
     /// Reads one scenario.
     ///
@@ -103,10 +105,6 @@ impl Format for CommonRoad {
             Ok(true) => Applies::Nothing,
             _ => Applies::All,
         }
-    }
-
-    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
-        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {

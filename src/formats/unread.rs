@@ -5,7 +5,7 @@ use std::path::Path;
 use nearmiss_scene::scenario::Scenario;
 
 use super::commonroad::{self, ReadError};
-use super::dispatch::{Address, Applies, Format, Parts};
+use super::dispatch::{Address, Applies, Format};
 use super::recordings;
 use crate::commonroad::root_name_of;
 use crate::recordings::{
@@ -105,10 +105,6 @@ impl Format for Unread {
     /// What they are is said when they are read.
     fn applies(&self, _: &Path, _: &[u8]) -> Applies {
         Applies::All
-    }
-
-    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
-        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {

@@ -20,6 +20,48 @@ pub struct Folders {
     pub data: PathBuf,
 }
 
+/// Files and folders of the user's, each with the folder that it is in.
+macro_rules! places {
+    ($($(#[$of:meta])+ $name:ident: $folder:ident / $file:expr;)+) => {
+        impl Folders {$(
+            $(#[$of])+
+            #[must_use]
+            pub fn $name(&self) -> PathBuf {
+                self.$folder.join($file)
+            }
+        )+}
+    };
+}
+
+places! {
+    /// The configuration file.
+    config_file: config / "config.toml";
+    /// The user's thresholds.
+    thresholds: config / "thresholds.toml";
+    /// The user's keys.
+    keymap: config / "keymap.toml";
+    /// The user's prompt templates.
+    prompts: config / "prompts";
+    /// The user's themes.
+    themes: config / "themes";
+    /// Drafts of templates that were not saved.
+    drafts: data / "drafts";
+    /// The user's tags of scenarios.
+    tags: data / "tags.toml";
+    /// The user's saved views of the list of scenarios.
+    views: data / "views.toml";
+    /// What the workbench looked like when it was left.
+    sessions: data / "sessions";
+    /// Egos that planners drove, for other commands.
+    drives: data / "drives";
+    /// Reports of crashes.
+    crashes: data / "crashes";
+    /// What running programs are trying, and what ended one.
+    marks: data / "marks";
+    /// The database of runs.
+    store: data / STORE;
+}
+
 impl Folders {
     /// The same with another folder for data.
     #[must_use]
@@ -56,72 +98,12 @@ impl Folders {
         })
     }
 
-    /// The configuration file.
-    #[must_use]
-    pub fn config_file(&self) -> PathBuf {
-        self.config.join("config.toml")
-    }
-
-    /// The user's thresholds.
-    #[must_use]
-    pub fn thresholds(&self) -> PathBuf {
-        self.config.join("thresholds.toml")
-    }
-
     /// The shipped thresholds, changed by that file if there is one.
     ///
     /// # Errors
     /// The file cannot be read or is wrong, with its line.
     pub fn user_thresholds(&self) -> Result<Thresholds, String> {
         read_thresholds(&self.thresholds())
-    }
-
-    /// The user's keys.
-    #[must_use]
-    pub fn keymap(&self) -> PathBuf {
-        self.config.join("keymap.toml")
-    }
-
-    /// The user's prompt templates.
-    #[must_use]
-    pub fn prompts(&self) -> PathBuf {
-        self.config.join("prompts")
-    }
-
-    /// The user's themes.
-    #[must_use]
-    pub fn themes(&self) -> PathBuf {
-        self.config.join("themes")
-    }
-
-    /// Drafts of templates that were not saved.
-    #[must_use]
-    pub fn drafts(&self) -> PathBuf {
-        self.data.join("drafts")
-    }
-
-    /// The user's tags of scenarios.
-    #[must_use]
-    pub fn tags(&self) -> PathBuf {
-        self.data.join("tags.toml")
-    }
-
-    /// The user's saved views of the list of scenarios.
-    #[must_use]
-    pub fn views(&self) -> PathBuf {
-        self.data.join("views.toml")
-    }
-
-    /// What the workbench looked like when it was left.
-    #[must_use]
-    pub fn sessions(&self) -> PathBuf {
-        self.data.join("sessions")
-    }
-
-    /// Egos that planners drove, for other commands.
-    #[must_use]
-    pub fn drives(&self) -> PathBuf {
-        self.data.join("drives")
     }
 
     /// Recordings that esmini made, which it can make again: in the system's cache, or with the data where the user said
@@ -132,24 +114,6 @@ impl Folders {
         let usual = system.filter(|system| self.data.starts_with(system.data_dir()));
         let cache = usual.map(|system| system.cache_dir().join("nearmiss"));
         cache.as_ref().unwrap_or(&self.data).join("played")
-    }
-
-    /// Reports of crashes.
-    #[must_use]
-    pub fn crashes(&self) -> PathBuf {
-        self.data.join("crashes")
-    }
-
-    /// What running programs are trying, and what ended one.
-    #[must_use]
-    pub fn marks(&self) -> PathBuf {
-        self.data.join("marks")
-    }
-
-    /// The database of runs.
-    #[must_use]
-    pub fn store(&self) -> PathBuf {
-        self.data.join(STORE)
     }
 
     /// Writes a file of the user's, whole or not at all, for them alone.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use nearmiss_base::system::line_at;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::{Folders, TextFile};
@@ -20,14 +21,7 @@ impl Tags {
     /// # Errors
     /// It cannot be read or is damaged: with its name, and the line.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let Some(TextFile { file, text }) = TextFile::read_if_there(path)? else {
-            return Ok(Self::default());
-        };
-        let of = toml::from_str(&text).map_err(|error| {
-            let line = line_at(&text, error.span().map_or(0, |span| span.start));
-            format!("{file}: line {line}: {}", error.message())
-        })?;
-        Ok(Self { of })
+        Ok(Self { of: read(path)? })
     }
 
     /// The tags of a scenario.
@@ -57,10 +51,7 @@ impl Tags {
         } else {
             drop(all.of.insert(scenario.to_string(), tags))
         }
-        let wrong = |why: String| format!("{}: {why}", path.display());
-        let text = toml::to_string(&all.of).map_err(|error| wrong(error.to_string()))?;
-        Folders::write(path, &text)
-            .map_err(|error| wrong(nearmiss_base::system::error_text(&error)))?;
+        write(path, &all.of)?;
         Ok(all)
     }
 
@@ -76,6 +67,23 @@ impl Tags {
         }
         tags
     }
+}
+
+/// What a file says of each name; without one there is nothing.
+fn read<T: DeserializeOwned>(path: &Path) -> Result<BTreeMap<String, T>, String> {
+    let Some(TextFile { file, text }) = TextFile::read_if_there(path)? else {
+        return Ok(BTreeMap::new());
+    };
+    toml::from_str(&text).map_err(|error| {
+        let line = line_at(&text, error.span().map_or(0, |span| span.start));
+        format!("{file}: line {line}: {}", error.message())
+    })
+}
+
+fn write<T: Serialize>(path: &Path, all: &BTreeMap<String, T>) -> Result<(), String> {
+    let wrong = |why: String| format!("{}: {why}", path.display());
+    let text = toml::to_string(all).map_err(|error| wrong(error.to_string()))?;
+    Folders::write(path, &text).map_err(|error| wrong(nearmiss_base::system::error_text(&error)))
 }
 
 /// What the list shows, and how. What a file does not say is as at the start; what a newer version wrote stays.
@@ -118,14 +126,7 @@ impl SavedViews {
     /// # Errors
     /// It cannot be read or is damaged: with its name, and the line.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let Some(TextFile { file, text }) = TextFile::read_if_there(path)? else {
-            return Ok(Self::default());
-        };
-        let views = toml::from_str(&text).map_err(|error| {
-            let line = line_at(&text, error.span().map_or(0, |span| span.start));
-            format!("{file}: line {line}: {}", error.message())
-        })?;
-        Ok(Self(views))
+        read(path).map(Self)
     }
 
     /// Saves a view under a name, or deletes it, in the file too: it is read anew, so that what others wrote meanwhile
@@ -139,10 +140,7 @@ impl SavedViews {
             None => drop(all.0.remove(name)),
             Some(view) => drop(all.0.insert(name.to_string(), view)),
         }
-        let wrong = |why: String| format!("{}: {why}", path.display());
-        let text = toml::to_string(&all.0).map_err(|error| wrong(error.to_string()))?;
-        Folders::write(path, &text)
-            .map_err(|error| wrong(nearmiss_base::system::error_text(&error)))?;
+        write(path, &all.0)?;
         Ok(all)
     }
 

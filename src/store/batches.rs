@@ -183,7 +183,6 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn batches(&self) -> Result<Vec<(Batch, Progress)>, StoreError> {
-        let connection = self.lock();
         let sql = format!(
             "SELECT {COLUMNS}, count(DISTINCT asked.path) AS scenarios,
                  coalesce(sum(now = 'waiting'), 0) AS waiting, coalesce(sum(now = 'answered'), 0) AS answered,
@@ -192,11 +191,7 @@ impl Store {
              FROM batches LEFT JOIN (SELECT items.batch, items.path, {STATE} AS now FROM items) AS asked
                  ON asked.batch = batches.id GROUP BY batches.id ORDER BY id DESC"
         );
-        let mut statement = connection.prepare(&sql)?;
-        let rows = statement.query_map([], |row| Ok((from_row(row)?, from_row(row)?)))?;
-        let found: Vec<(Batch, Progress)> = rows.collect::<Result<_, _>>()?;
-        drop(statement);
-        drop(connection);
+        let found = self.rows(&sql, [], |row| Ok((from_row(row)?, from_row(row)?)))?;
         let found = found.into_iter();
         found
             .map(|(batch, progress)| Ok((self.with_looks(batch)?, progress)))
@@ -279,11 +274,9 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn superseded(&self) -> Result<BTreeSet<RunId>, StoreError> {
-        let connection = self.lock();
         let sql = format!("SELECT id FROM runs WHERE {SUPERSEDED}");
-        let mut statement = connection.prepare_cached(&sql)?;
-        let rows = statement.query_map([], |row| row.get(0).map(RunId))?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        let found = self.rows(&sql, [], |row| row.get(0).map(RunId))?;
+        Ok(found.into_iter().collect())
     }
 }
 

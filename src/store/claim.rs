@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use super::database::now_ms;
+use super::database::{all_rows, now_ms};
 use super::list::MOST_SHOWN;
 use super::{NewRun, Run, RunId, RunState, Store, StoreError, rows, run};
 
@@ -258,12 +258,9 @@ pub(super) fn renew(transaction: &Transaction<'_>, run: RunId) -> Result<(), Sto
 }
 
 fn abandoned(connection: &Connection) -> Result<Vec<RunId>, StoreError> {
-    let mut statement = connection.prepare_cached(
-        "SELECT id FROM runs WHERE state = 'running'
-         AND NOT EXISTS (SELECT 1 FROM claims WHERE run = runs.id AND until_ms > ?1)",
-    )?;
-    let found = statement.query_map([now_ms()], |row| Ok(RunId(row.get(0)?)))?;
-    Ok(found.collect::<Result<_, _>>()?)
+    let sql = "SELECT id FROM runs WHERE state = 'running'
+         AND NOT EXISTS (SELECT 1 FROM claims WHERE run = runs.id AND until_ms > ?1)";
+    all_rows(connection, sql, [now_ms()], |row| row.get(0).map(RunId))
 }
 
 pub(super) fn interrupt_abandoned(transaction: &Transaction<'_>) -> Result<(), StoreError> {

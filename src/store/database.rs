@@ -7,7 +7,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use nearmiss_base::system;
-use rusqlite::{Connection, Transaction, TransactionBehavior};
+use rusqlite::{Connection, Params, Row, Transaction, TransactionBehavior};
 use tempfile::TempDir;
 
 use super::filter::KnownModels;
@@ -222,6 +222,16 @@ impl Store {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Every row that a query finds, as `read` has it.
+    pub(super) fn rows<T>(
+        &self,
+        sql: &str,
+        values: impl Params,
+        read: impl FnMut(&Row<'_>) -> Result<T, rusqlite::Error>,
+    ) -> Result<Vec<T>, StoreError> {
+        all_rows(&self.lock(), sql, values, read)
+    }
+
     /// Changes something in one transaction that has the file to itself.
     pub(super) fn change<T>(
         &self,
@@ -250,6 +260,18 @@ impl Store {
         connection.pragma_update(None, "synchronous", "normal")?;
         done
     }
+}
+
+/// Every row that a query finds, as `read` has it.
+pub(super) fn all_rows<T>(
+    connection: &Connection,
+    sql: &str,
+    values: impl Params,
+    read: impl FnMut(&Row<'_>) -> Result<T, rusqlite::Error>,
+) -> Result<Vec<T>, StoreError> {
+    let mut statement = connection.prepare_cached(sql)?;
+    let rows = statement.query_map(values, read)?;
+    Ok(rows.collect::<Result<_, _>>()?)
 }
 
 fn change<T>(

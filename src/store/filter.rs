@@ -8,6 +8,8 @@ use jiff::tz::TimeZone;
 use nearmiss_scene::verdict::Task;
 use rusqlite::Connection;
 use rusqlite::types::Value;
+
+use super::database::all_rows;
 use strum::{IntoStaticStr, VariantArray};
 
 use super::{Origin, RunState, SUPERSEDED, Store, StoreError};
@@ -375,10 +377,8 @@ impl Store {
             connection.query_row("SELECT max(id) FROM runs", [], |row| row.get(0))?;
         if let Some(newest) = newest.filter(|newest| *newest > known.read_to) {
             let sql = "SELECT DISTINCT model FROM runs WHERE id > ?1 AND id <= ?2";
-            let mut statement = connection.prepare_cached(sql)?;
-            let ids = statement
-                .query_map((known.read_to, newest), |row| row.get(0))?
-                .collect::<Result<Vec<String>, _>>()?;
+            let values = (known.read_to, newest);
+            let ids: Vec<String> = all_rows(connection, sql, values, |row| row.get(0))?;
             known.ids.extend(ids);
             known.read_to = newest;
         }

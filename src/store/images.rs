@@ -134,10 +134,8 @@ impl Store {
 
     /// The hashes of all images.
     pub(super) fn image_hashes(&self) -> Result<Vec<String>, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare("SELECT sha256 FROM images ORDER BY sha256")?;
-        let rows = statement.query_map([], |row| row.get(0))?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        let sql = "SELECT sha256 FROM images ORDER BY sha256";
+        self.rows(sql, [], |row| row.get(0))
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use nearmiss_base::system;
 use rusqlite::{OptionalExtension, Transaction, params};
 
-use super::database::now_ms;
+use super::database::{all_rows, now_ms};
 use super::items::insert;
 use super::run::{self, insert_whole, there};
 use super::{
@@ -181,13 +181,11 @@ impl Store {
     /// whether it is new. Of several the one that was begun at the same time counts first.
     fn unite(&self, theirs: &Batch, taken: &[BatchId]) -> Result<(BatchId, bool), StoreError> {
         self.durably(|transaction| {
-            let mut statement = transaction.prepare_cached(
-                "SELECT id, shard FROM batches WHERE spec = ?1 ORDER BY created_ms <> ?2, id",
-            )?;
-            let rows = statement.query_map(params![theirs.spec, theirs.created_ms], |row| {
+            let sql = "SELECT id, shard FROM batches WHERE spec = ?1 ORDER BY created_ms <> ?2, id";
+            let values = params![theirs.spec, theirs.created_ms];
+            let rows = all_rows(transaction, sql, values, |row| {
                 Ok((BatchId(row.get(0)?), row.get::<_, Option<String>>(1)?))
             })?;
-            let rows: Vec<(BatchId, Option<String>)> = rows.collect::<Result<_, _>>()?;
             if let Some((id, shard)) = rows.into_iter().find(|(id, _)| !taken.contains(id)) {
                 let both = both(shard.as_deref(), theirs.shard.as_deref());
                 let sql = "UPDATE batches SET shard = ?2, updated_ms = ?3 WHERE id = ?1";
@@ -305,10 +303,7 @@ impl Store {
     }
 
     fn run_numbers(&self) -> Result<Vec<i64>, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare("SELECT id FROM runs ORDER BY id")?;
-        let rows = statement.query_map([], |row| row.get(0))?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        self.rows("SELECT id FROM runs ORDER BY id", [], |row| row.get(0))
     }
 }
 

@@ -252,12 +252,10 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn items(&self, batch: BatchId) -> Result<Vec<Item>, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare_cached(&format!(
+        let sql = format!(
             "SELECT items.*, {SCENE}, {STATE} AS now, {UNPARSED} AS unparsed FROM items WHERE batch = ?1 ORDER BY place"
-        ))?;
-        let rows = statement.query_map([batch.0], item)?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        );
+        self.rows(&sql, [batch.0], item)
     }
 
     /// Writes down where a question stands. `key` is that of the request as it was sent at last.
@@ -446,11 +444,8 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn run_batches(&self) -> Result<Vec<(RunId, String)>, StoreError> {
-        let connection = self.lock();
-        let mut statement =
-            connection.prepare_cached("SELECT id, batch FROM runs WHERE batch IS NOT NULL")?;
-        let rows = statement.query_map([], |row| Ok((RunId(row.get(0)?), row.get(1)?)))?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        let sql = "SELECT id, batch FROM runs WHERE batch IS NOT NULL";
+        self.rows(sql, [], |row| Ok((RunId(row.get(0)?), row.get(1)?)))
     }
 
     /// Labels of runs from their batches, one a run. If several batches have one, the batch that the run was made for
@@ -459,16 +454,12 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn truths(&self) -> Result<Vec<RunLabel>, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare_cached(
-            "SELECT items.run, items.batch, items.task, collides, obstacle,
+        let sql = "SELECT items.run, items.batch, items.task, collides, obstacle,
                  items.window_first IS NOT NULL AS drawn, items.facts
              FROM items JOIN runs ON runs.id = items.run
              WHERE collides IS NOT NULL AND transform IS NULL
-             ORDER BY items.run, coalesce(runs.batch = 'b' || items.batch, 0) DESC, items.batch",
-        )?;
-        let rows = statement.query_map([], from_row)?;
-        let mut told: Vec<RunLabel> = rows.collect::<Result<_, _>>()?;
+             ORDER BY items.run, coalesce(runs.batch = 'b' || items.batch, 0) DESC, items.batch";
+        let mut told: Vec<RunLabel> = self.rows(sql, [], from_row)?;
         told.dedup_by_key(|one| one.run);
         Ok(told)
     }

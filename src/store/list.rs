@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use nearmiss_record::Record;
 
+use super::database::all_rows;
 use super::filter::Condition;
 use super::{
     AnswerState, Filter, Origin, Run, RunId, RunState, SUPERSEDED, Store, StoreError,
@@ -153,18 +154,15 @@ impl Store {
         most: usize,
     ) -> Result<Vec<Run>, StoreError> {
         let connection = self.lock();
-        let mut statement = connection.prepare_cached(
-            "SELECT id FROM (
+        let sql = "SELECT id FROM (
                  SELECT id, created_ms FROM runs WHERE scenario_hash = ?1 AND task = ?3 AND deleted_ms IS NULL
                  UNION ALL
                  SELECT id, created_ms FROM runs WHERE scenario_hash IS NULL AND scenario = ?2 AND task = ?3
                      AND deleted_ms IS NULL)
-             ORDER BY created_ms DESC, id DESC LIMIT ?4",
-        )?;
+             ORDER BY created_ms DESC, id DESC LIMIT ?4";
         // Numbers first: a sorter would carry all the texts.
         let values = params![scenario_hash, name, task.name(), most];
-        let numbers = statement.query_map(values, |row| Ok(RunId(row.get(0)?)))?;
-        let numbers: Vec<RunId> = numbers.collect::<Result<_, _>>()?;
+        let numbers = all_rows(&connection, sql, values, |row| row.get(0).map(RunId))?;
         let (mut runs, mut bytes) = (Vec::with_capacity(numbers.len()), 0);
         for id in numbers {
             let most = if bytes < MOST_TOGETHER {
@@ -197,9 +195,12 @@ impl Store {
              FROM {condition} ORDER BY created_ms DESC, runs.id DESC LIMIT ?",
             columns()
         );
-        let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), Summary::from_row)?;
-        Ok(found.collect::<Result<_, _>>()?)
+        all_rows(
+            &connection,
+            &sql,
+            params_from_iter(values),
+            Summary::from_row,
+        )
     }
 
     /// The numbers of all runs that fit, oldest first.
@@ -211,9 +212,8 @@ impl Store {
         let found = filter.condition(|word| self.models_with(&connection, word))?;
         let (condition, values) = (found.sql, found.values);
         let sql = format!("SELECT runs.id FROM {condition} ORDER BY created_ms, runs.id");
-        let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), |row| Ok(RunId(row.get(0)?)))?;
-        Ok(found.collect::<Result<_, _>>()?)
+        let values = params_from_iter(values);
+        all_rows(&connection, &sql, values, |row| row.get(0).map(RunId))
     }
 
     /// How many runs there are, deleted ones aside.
@@ -342,9 +342,8 @@ impl Store {
             columns(),
             order.join(", ")
         );
-        let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), Summary::from_row)?;
-        let mut rows = found.collect::<Result<Vec<_>, _>>()?;
+        let values = params_from_iter(values);
+        let mut rows = all_rows(&connection, &sql, values, Summary::from_row)?;
         let more = rows.len() > most;
         rows.truncate(most);
         if !older {

@@ -5,7 +5,8 @@ use rusqlite::{params, params_from_iter};
 use serde::Deserialize;
 use strum::{IntoStaticStr, VariantArray};
 
-use super::rows::{self, from_row};
+use super::database::all_rows;
+use super::rows::from_row;
 use super::{
     ClaimCounts, Consumed, Filter, Key, Origin, Run, RunId, RunState, SUPERSEDED, Store,
     StoreError, StoredTemplate, claim,
@@ -83,9 +84,7 @@ impl Store {
                  claims_right, claims_wrong, claims_open, claims_check
              FROM {condition} ORDER BY created_ms, runs.id"
         );
-        let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), rows::from_row)?;
-        Ok(found.collect::<Result<_, _>>()?)
+        all_rows(&connection, &sql, params_from_iter(values), from_row)
     }
 }
 
@@ -116,14 +115,10 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn origins(&self) -> Result<Vec<RunOrigin>, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare_cached(
-            "SELECT id AS run, created_ms, model, model_returned, template, template_hash, scenario_hash,
+        let sql = "SELECT id AS run, created_ms, model, model_returned, template, template_hash, scenario_hash,
                  parameters
-             FROM runs WHERE deleted_ms IS NULL ORDER BY id",
-        )?;
-        let rows = statement.query_map([], from_row)?;
-        Ok(rows.collect::<Result<_, _>>()?)
+             FROM runs WHERE deleted_ms IS NULL ORDER BY id";
+        self.rows(sql, [], from_row)
     }
 }
 
@@ -158,7 +153,6 @@ impl Store {
         but: &str,
         of: Option<(&str, &str)>,
     ) -> Result<Vec<StoredVerdict>, StoreError> {
-        let connection = self.lock();
         let which = match of {
             None => "?2 IS NULL AND ?3 IS NULL",
             Some(_) => "(scenario_hash = ?2 OR (scenario_hash IS NULL AND scenario = ?3))",
@@ -169,10 +163,8 @@ impl Store {
              WHERE deleted_ms IS NULL AND state = 'answered' AND dangerous IS NOT NULL AND model <> ?1 AND {which}
                  AND NOT {SUPERSEDED}"
         );
-        let mut statement = connection.prepare_cached(&sql)?;
         let (hash, name) = of.unzip();
-        let found = statement.query_map(params![but, hash, name], rows::from_row)?;
-        Ok(found.collect::<Result<_, _>>()?)
+        self.rows(&sql, params![but, hash, name], from_row)
     }
 }
 

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use strum::{IntoStaticStr, VariantArray};
 
 use super::claim::{FOR_EVER, hold_until, interrupt_abandoned, there};
-use super::database::now_ms;
+use super::database::{all_rows, now_ms};
 use super::rows::from_row;
 use super::{AnswerPiece, Claim, Ending, Key, NewRun, RunId, Store, StoreError, run};
 
@@ -275,10 +275,7 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn provider_batches(&self) -> Result<Vec<ProviderBatch>, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare_cached(&format!("{LISTED} ORDER BY id DESC"))?;
-        let found = statement.query_map([], from_row)?;
-        Ok(found.collect::<Result<_, _>>()?)
+        self.rows(&format!("{LISTED} ORDER BY id DESC"), [], from_row)
     }
 
     /// One batch.
@@ -324,9 +321,7 @@ fn open_requests(
 ) -> Result<Vec<PendingRequest>, StoreError> {
     let sql =
         "SELECT run, custom_id FROM provider_requests WHERE batch = ?1 AND done = 0 ORDER BY run";
-    let mut statement = transaction.prepare_cached(sql)?;
-    let found = statement.query_map([batch.0], from_row)?;
-    Ok(found.collect::<Result<_, _>>()?)
+    all_rows(transaction, sql, [batch.0], from_row)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use strum::IntoStaticStr;
 
-use super::database::now_ms;
+use super::database::{all_rows, now_ms};
 use super::rows::from_row;
 use super::{RunId, Store, StoreError, StoredTemplate};
 use nearmiss_scene::verdict::Task;
@@ -182,10 +182,8 @@ impl Store {
     /// SQLite refused.
     pub fn ratings(&self) -> Result<Vec<Rating>, StoreError> {
         let connection = self.lock();
-        let mut statement =
-            connection.prepare_cached("SELECT * FROM ratings ORDER BY created_ms, id")?;
-        let found = statement.query_map([], from_row)?;
-        let mut ratings: Vec<Rating> = found.collect::<Result<_, _>>()?;
+        let sql = "SELECT * FROM ratings ORDER BY created_ms, id";
+        let mut ratings: Vec<Rating> = all_rows(&connection, sql, [], from_row)?;
         let mut statement = connection.prepare_cached(
             "SELECT rated.*, template, template_version, template_hash
              FROM rated LEFT JOIN runs ON runs.id = rated.run WHERE rating = ?1 ORDER BY place",

@@ -69,12 +69,8 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn looks(&self, batch: BatchId) -> Result<Vec<UnlockRecord>, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare_cached(
-            "SELECT at_ms, answered, questions FROM looks WHERE batch = ?1 ORDER BY at_ms, answered",
-        )?;
-        let rows = statement.query_map([batch.0], from_row)?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        let sql = "SELECT at_ms, answered, questions FROM looks WHERE batch = ?1 ORDER BY at_ms, answered";
+        self.rows(sql, [batch.0], from_row)
     }
 
     /// Records that the figures of a test split are looked at now; afterwards that is on the disk.
@@ -114,15 +110,13 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn locked_batches(&self) -> Result<Vec<BatchId>, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare_cached(&format!(
+        let sql = format!(
             "SELECT id FROM batches JOIN (
                  SELECT batch, max(now IN ('waiting', 'failed')) AS open
                  FROM (SELECT items.batch, {STATE} AS now FROM items WHERE split = 'test') GROUP BY batch
              ) AS tests ON tests.batch = batches.id WHERE open OR shard IS NOT NULL"
-        ))?;
-        let rows = statement.query_map([], |row| Ok(BatchId(row.get(0)?)))?;
-        Ok(rows.collect::<Result<_, _>>()?)
+        );
+        self.rows(&sql, [], |row| row.get(0).map(BatchId))
     }
 
     /// The answers to questions of locked test splits, whichever batch asked for them, each with the batches that lock

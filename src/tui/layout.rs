@@ -159,6 +159,17 @@ struct Cut {
 }
 
 impl Cut {
+    /// The timeline below the map, so many rows high.
+    fn timeline(area: Rect, usual: u16) -> Self {
+        Self {
+            edge: Edge::Timeline,
+            upright: false,
+            before: false,
+            usual,
+            limits: (LOWEST, area.height.saturating_sub(LOW)),
+        }
+    }
+
     /// The column of answers at the right.
     fn answers(body: Rect) -> Self {
         Self {
@@ -269,13 +280,7 @@ impl Arranged {
             body,
             shares,
             Wide,
-            Cut {
-                edge: Edge::Timeline,
-                upright: false,
-                before: false,
-                usual: if body.height >= 45 { 8 } else { 6 },
-                limits: (LOWEST, middle.height.saturating_sub(LOW)),
-            },
+            Cut::timeline(middle, if body.height >= 45 { 8 } else { 6 }),
         );
         self.panes.extend([
             (Pane::Scenarios, list),
@@ -301,19 +306,7 @@ impl Arranged {
         if focus == Pane::Prompt {
             self.panes.push((Pane::Prompt, middle));
         } else {
-            let [map, timeline] = self.cut(
-                middle,
-                body,
-                shares,
-                Wide,
-                Cut {
-                    edge: Edge::Timeline,
-                    upright: false,
-                    before: false,
-                    usual: 5,
-                    limits: (LOWEST, middle.height.saturating_sub(LOW)),
-                },
-            );
+            let [map, timeline] = self.cut(middle, body, shares, Wide, Cut::timeline(middle, 5));
             self.panes
                 .extend([(Pane::Map, map), (Pane::Timeline, timeline)]);
         }

@@ -5,8 +5,10 @@ use std::sync::Arc;
 use futures_util::StreamExt;
 use jiff::civil::Date;
 use nearmiss_ask::llm::{
-    self, Budget, Chunk, Client, Environment, Finish, Parameters, Registry, RegistryError, Request,
+    self, Budget, Chunk, Client, Effort, Environment, Finish, Parameters, Registry, RegistryError,
+    Request,
 };
+use nearmiss_settings::Config;
 use nearmiss_store::{Consumed, Key, NewReflection, Reflection, Store, StoreError};
 use nearmiss_study::evaluation::{
     self, Answer, AskError, Event, Judge, ModelJudge, Question, RunOptions,
@@ -21,6 +23,19 @@ pub struct Models {
     client: Client,
     parameters: Parameters,
     budget: Option<Budget>,
+}
+
+/// Request parameters beside the messages, as config.toml has them.
+#[must_use]
+pub fn parameters(config: &Config) -> Parameters {
+    Parameters {
+        temperature: config.temperature,
+        max_tokens: config.max_tokens,
+        seed: None,
+        effort: config.effort.as_deref().and_then(Effort::parse),
+        log_probabilities: config.log_probabilities,
+        tools: None,
+    }
 }
 
 /// A server that replaces the provider's own.

@@ -66,7 +66,7 @@ pub mod tune;
 pub mod variant;
 
 pub use answer_page::{answer_page, count_claims, files_of_batches, is_unchecked};
-pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
+pub use ask::{AskOutcome, AskRequest, Models, Server, ask, parameters};
 pub use ask_document::{AskDocument, cost_at_current_prices, missing_verdict, rfc3339};
 pub use bundle::{
     BUNDLE_FORMAT, BundleError, Manifest, Member, PackRequest, Packed, PackedScenario,

@@ -3,9 +3,10 @@
 use jiff::Timestamp;
 use jiff::civil::{Date, Time, Weekday};
 use jiff::tz::{Offset, TimeZone};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::chunk::Usage;
+use super::provider;
 
 /// Prices in US dollars per million tokens, at the cheaper hours where hours differ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -132,15 +133,20 @@ fn factor<S: Serializer>(peak: &Option<Peak>, to: S) -> Result<S::Ok, S::Error> 
 }
 
 /// Hours at which everything costs more.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Peak {
     /// How much more, as a factor.
+    #[serde(deserialize_with = "provider::amount")]
     pub factor: f64,
     /// From and to, on the clock of the offset; the end does not belong to it.
+    #[serde(deserialize_with = "provider::hours")]
     pub hours: Vec<(Time, Time)>,
     /// Whether Saturdays and Sundays are left out.
+    #[serde(default)]
     pub weekdays_only: bool,
     /// The clock's offset from UTC, hours.
+    #[serde(deserialize_with = "provider::offset")]
     pub utc_offset: i8,
 }
 

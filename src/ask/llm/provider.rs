@@ -44,7 +44,7 @@ pub(super) struct Provider {
     pub models: Option<Vec<ModelEntry>>,
     pub quirks: StatedQuirks,
     pub prices: Vec<PriceLine>,
-    pub peak: Option<PeakLine>,
+    pub peak: Option<Peak>,
     pub batch_factor: Option<f64>,
     pub requests_per_minute: Option<NonZeroU32>,
     pub tokens_per_minute: Option<NonZeroU32>,
@@ -81,42 +81,37 @@ impl StringOrList {
 }
 
 /// A model of a provider, or several by the beginning of their names and `*`.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub(super) struct ModelEntry {
     pub name: String,
-    /// Whether it is offered in lists.
-    pub listed: bool,
+    /// Whether the entry says that it is offered in lists.
+    pub listed: Option<bool>,
+    #[serde(default)]
     pub quirks: StatedQuirks,
     pub response_format: Option<ResponseFormat>,
     /// The day from which it does not answer any more.
+    #[serde(default, deserialize_with = "date")]
     pub shutdown: Option<Date>,
     /// It is gone, whenever that was.
+    #[serde(default)]
     pub gone: bool,
     /// The day from which another model answers in its place.
+    #[serde(default, deserialize_with = "date")]
     pub routed: Option<Date>,
     /// Which model takes its place.
     pub replacement: Option<String>,
     /// The retirement date is not the provider's own statement.
+    #[serde(default)]
     pub unconfirmed: bool,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ModelTable {
-    name: String,
-    listed: Option<bool>,
-    #[serde(default)]
-    quirks: StatedQuirks,
-    response_format: Option<ResponseFormat>,
-    #[serde(default, deserialize_with = "date")]
-    shutdown: Option<Date>,
-    #[serde(default)]
-    gone: bool,
-    #[serde(default, deserialize_with = "date")]
-    routed: Option<Date>,
-    replacement: Option<String>,
-    #[serde(default)]
-    unconfirmed: bool,
+impl ModelEntry {
+    /// Whether it is offered in lists: models with a retirement date stay there only if the entry says so.
+    fn is_listed(&self) -> bool {
+        let ended = self.gone || self.shutdown.is_some();
+        self.listed.unwrap_or(!ended && !self.name.ends_with('*'))
+    }
 }
 
 impl<'de> Deserialize<'de> for ModelEntry {
@@ -131,27 +126,13 @@ impl<'de> Deserialize<'de> for ModelEntry {
 
             fn visit_str<E>(self, name: &str) -> Result<ModelEntry, E> {
                 Ok(ModelEntry {
-                    listed: !name.ends_with('*'),
                     name: name.to_owned(),
                     ..ModelEntry::default()
                 })
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ModelEntry, A::Error> {
-                let table = ModelTable::deserialize(MapAccessDeserializer::new(map))?;
-                let ended = table.gone || table.shutdown.is_some();
-                Ok(ModelEntry {
-                    // Models with a retirement date stay in lists only if the entry says so.
-                    listed: table.listed.unwrap_or(!ended && !table.name.ends_with('*')),
-                    name: table.name,
-                    quirks: table.quirks,
-                    response_format: table.response_format,
-                    shutdown: table.shutdown,
-                    gone: table.gone,
-                    routed: table.routed,
-                    replacement: table.replacement,
-                    unconfirmed: table.unconfirmed,
-                })
+                ModelEntry::deserialize(MapAccessDeserializer::new(map))
             }
         }
         source.deserialize_any(NameOrTable)
@@ -203,31 +184,6 @@ impl PriceLine {
     }
 }
 
-/// Dearer hours as entries state them.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct PeakLine {
-    #[serde(deserialize_with = "amount")]
-    factor: f64,
-    #[serde(deserialize_with = "hours")]
-    hours: Vec<(Time, Time)>,
-    #[serde(default)]
-    weekdays_only: bool,
-    #[serde(deserialize_with = "offset")]
-    utc_offset: i8,
-}
-
-impl PeakLine {
-    pub fn peak(&self) -> Peak {
-        Peak {
-            factor: self.factor,
-            hours: self.hours.clone(),
-            weekdays_only: self.weekdays_only,
-            utc_offset: self.utc_offset,
-        }
-    }
-}
-
 /// Days may be written as strings or as TOML's own.
 pub(super) fn date<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Date>, D::Error> {
     let value = toml::Value::deserialize(source)?;
@@ -241,7 +197,7 @@ pub(super) fn date<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Date>,
     Ok(Some(date))
 }
 
-fn amount<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
+pub(super) fn amount<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
     let amount = f64::deserialize(source)?;
     if amount.is_finite() && amount >= 0.0 {
         Ok(amount)
@@ -254,7 +210,7 @@ fn amount_if_any<'de, D: Deserializer<'de>>(source: D) -> Result<Option<f64>, D:
     amount(source).map(Some)
 }
 
-fn hours<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<(Time, Time)>, D::Error> {
+pub(super) fn hours<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<(Time, Time)>, D::Error> {
     let span = |text: &String| {
         let (from, to) = text.split_once('-')?;
         Some((from.trim().parse().ok()?, to.trim().parse().ok()?))
@@ -270,7 +226,7 @@ fn hours<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<(Time, Time)>, D::E
     spans.collect()
 }
 
-fn offset<'de, D: Deserializer<'de>>(source: D) -> Result<i8, D::Error> {
+pub(super) fn offset<'de, D: Deserializer<'de>>(source: D) -> Result<i8, D::Error> {
     let hours = i8::deserialize(source)?;
     if (-12..=14).contains(&hours) {
         Ok(hours)
@@ -324,7 +280,9 @@ impl Provider {
         if let Some(models) = user.models {
             // The user's models replace the built-in ones on offer; metadata of the built-in ones still applies.
             let mut known = self.models.take().unwrap_or_default();
-            known.iter_mut().for_each(|model| model.listed = false);
+            known
+                .iter_mut()
+                .for_each(|model| model.listed = Some(false));
             self.models = Some(models.into_iter().chain(known).collect());
         }
     }
@@ -332,7 +290,12 @@ impl Provider {
     /// The models on offer, each once: several entries may speak of one.
     pub fn listed(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();
-        for entry in self.models.iter().flatten().filter(|entry| entry.listed) {
+        for entry in self
+            .models
+            .iter()
+            .flatten()
+            .filter(|entry| entry.is_listed())
+        {
             if !names.contains(&entry.name.as_str()) {
                 names.push(&entry.name);
             }

@@ -9,66 +9,96 @@ use super::error::Error;
 use super::request::{ImageTokens, Request};
 use Effort::{High, Low, Max, Medium, Minimal, Off, XHigh};
 
-/// Parameters a model accepts, and how to send them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Quirks {
-    /// The limit of an answer is called `max_completion_tokens`.
-    pub max_completion_tokens: bool,
-    /// Whether a temperature is taken.
-    pub temperature: Temperature,
-    /// Whether a seed is taken.
-    pub seed: bool,
-    /// The model reasons only if reasoning is requested.
-    pub reasoning: bool,
-    /// Encoding of reasoning effort; `None` for the dialect's default.
-    pub efforts: Option<Efforts>,
-    /// The efforts that the model takes; `None` for those of the dialect.
-    pub effort_levels: Option<EffortLevels>,
-    /// Whether log probabilities are given.
-    pub log_probabilities: LogProbabilities,
-    /// The shortest beginning of a question that the server keeps in its cache where it is marked, tokens (Anthropic).
-    pub cache_from: Option<u32>,
-    /// Token limit of an answer, sent if the request sets none.
-    pub max_tokens: Option<u32>,
-    /// The limit of an answer does not count its reasoning, so that nothing bounds what it costs.
-    pub reasoning_unlimited: bool,
-    /// The context window that is asked for, tokens (Ollama); `None` makes it fit the question.
-    pub context: Option<u32>,
-    /// Only hosts that know every parameter are to be chosen (OpenRouter).
-    pub require_parameters: bool,
-    /// Whether the usage may be asked for with `stream_options`.
-    pub stream_options: bool,
-    /// Whether the model takes images; `None` where that is not known.
-    pub images: Option<bool>,
-    /// Whether the model calls tools; `None` where that is not known.
-    pub tools: Option<bool>,
-    /// The dialect that questions with tools are asked in, where it is another; see [`super::Endpoint::for_request`].
-    pub tools_dialect: Option<Dialect>,
-    /// How many tokens an image is.
-    pub image_tokens: ImageTokens,
+/// The quirks, each once: those that hold by default, and those of which nothing is known by default.
+macro_rules! quirks {
+    (
+        settled { $($(#[$of:meta])* $name:ident: $type:ty = $default:expr;)+ }
+        unknown { $($(#[$of_open:meta])* $open:ident: $open_type:ty;)+ }
+    ) => {
+        /// Parameters a model accepts, and how to send them.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub struct Quirks {
+            $($(#[$of])* pub $name: $type,)+
+            $($(#[$of_open])* pub $open: Option<$open_type>,)+
+        }
+
+        impl Default for Quirks {
+            fn default() -> Self {
+                Self { $($name: $default,)+ $($open: None,)+ }
+            }
+        }
+
+        /// Quirks as entries of the registry state them: what is `None` is left as it was.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct StatedQuirks {
+            $($(#[$of])* pub $name: Option<$type>,)+
+            $($(#[$of_open])* pub $open: Option<$open_type>,)+
+        }
+
+        impl StatedQuirks {
+            /// These, and `other`'s where these say nothing.
+            #[must_use]
+            pub fn or(self, other: Self) -> Self {
+                Self {
+                    $($name: self.$name.or(other.$name),)+
+                    $($open: self.$open.or(other.$open),)+
+                }
+            }
+
+            /// The defaults where nothing is stated.
+            #[must_use]
+            pub fn settled(self) -> Quirks {
+                let default = Quirks::default();
+                Quirks {
+                    $($name: self.$name.unwrap_or(default.$name),)+
+                    $($open: self.$open,)+
+                }
+            }
+        }
+    };
 }
 
-impl Default for Quirks {
-    fn default() -> Self {
-        Self {
-            max_completion_tokens: false,
-            temperature: Temperature::Taken,
-            seed: true,
-            reasoning: false,
-            efforts: None,
-            effort_levels: None,
-            log_probabilities: LogProbabilities::Given,
-            cache_from: None,
-            max_tokens: None,
-            reasoning_unlimited: false,
-            context: None,
-            require_parameters: false,
-            stream_options: true,
-            images: None,
-            tools: None,
-            tools_dialect: None,
-            image_tokens: ImageTokens::default(),
-        }
+quirks! {
+    settled {
+        /// The limit of an answer is called `max_completion_tokens`.
+        max_completion_tokens: bool = false;
+        /// Whether a temperature is taken.
+        temperature: Temperature = Temperature::Taken;
+        /// Whether a seed is taken.
+        seed: bool = true;
+        /// The model reasons only if reasoning is requested.
+        reasoning: bool = false;
+        /// Whether log probabilities are given.
+        log_probabilities: LogProbabilities = LogProbabilities::Given;
+        /// The limit of an answer does not count its reasoning, so that nothing bounds what it costs.
+        reasoning_unlimited: bool = false;
+        /// Only hosts that know every parameter are to be chosen (OpenRouter).
+        require_parameters: bool = false;
+        /// Whether the usage may be asked for with `stream_options`.
+        stream_options: bool = true;
+        /// How many tokens an image is.
+        image_tokens: ImageTokens = ImageTokens::default();
+    }
+    unknown {
+        /// Encoding of reasoning effort; `None` for the dialect's default.
+        efforts: Efforts;
+        /// The efforts that the model takes; `None` for those of the dialect.
+        effort_levels: EffortLevels;
+        /// The shortest beginning of a question that the server keeps in its cache where it is marked, tokens
+        /// (Anthropic).
+        cache_from: u32;
+        /// Token limit of an answer, sent if the request sets none.
+        max_tokens: u32;
+        /// The context window that is asked for, tokens (Ollama); `None` makes it fit the question.
+        context: u32;
+        /// Whether the model takes images; `None` where that is not known.
+        images: bool;
+        /// Whether the model calls tools; `None` where that is not known.
+        tools: bool;
+        /// The dialect that questions with tools are asked in, where it is another; see
+        /// [`super::Endpoint::for_request`].
+        tools_dialect: Dialect;
     }
 }
 
@@ -118,103 +148,6 @@ pub enum Efforts {
     Switch,
     /// Not at all.
     Untaken,
-}
-
-/// Quirks as entries of the registry state them: what is `None` is left as it was.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StatedQuirks {
-    /// See [`Quirks::max_completion_tokens`].
-    pub max_completion_tokens: Option<bool>,
-    /// See [`Quirks::temperature`].
-    pub temperature: Option<Temperature>,
-    /// See [`Quirks::seed`].
-    pub seed: Option<bool>,
-    /// See [`Quirks::reasoning`].
-    pub reasoning: Option<bool>,
-    /// See [`Quirks::efforts`].
-    pub efforts: Option<Efforts>,
-    /// See [`Quirks::effort_levels`].
-    pub effort_levels: Option<EffortLevels>,
-    /// See [`Quirks::log_probabilities`].
-    pub log_probabilities: Option<LogProbabilities>,
-    /// See [`Quirks::cache_from`].
-    pub cache_from: Option<u32>,
-    /// See [`Quirks::max_tokens`].
-    pub max_tokens: Option<u32>,
-    /// See [`Quirks::reasoning_unlimited`].
-    pub reasoning_unlimited: Option<bool>,
-    /// See [`Quirks::context`].
-    pub context: Option<u32>,
-    /// See [`Quirks::require_parameters`].
-    pub require_parameters: Option<bool>,
-    /// See [`Quirks::stream_options`].
-    pub stream_options: Option<bool>,
-    /// See [`Quirks::images`].
-    pub images: Option<bool>,
-    /// See [`Quirks::tools`].
-    pub tools: Option<bool>,
-    /// See [`Quirks::tools_dialect`].
-    pub tools_dialect: Option<Dialect>,
-    /// See [`Quirks::image_tokens`].
-    pub image_tokens: Option<ImageTokens>,
-}
-
-impl StatedQuirks {
-    /// These, and `other`'s where these say nothing.
-    #[must_use]
-    pub fn or(self, other: Self) -> Self {
-        Self {
-            max_completion_tokens: self.max_completion_tokens.or(other.max_completion_tokens),
-            temperature: self.temperature.or(other.temperature),
-            seed: self.seed.or(other.seed),
-            reasoning: self.reasoning.or(other.reasoning),
-            efforts: self.efforts.or(other.efforts),
-            effort_levels: self.effort_levels.or(other.effort_levels),
-            log_probabilities: self.log_probabilities.or(other.log_probabilities),
-            cache_from: self.cache_from.or(other.cache_from),
-            max_tokens: self.max_tokens.or(other.max_tokens),
-            reasoning_unlimited: self.reasoning_unlimited.or(other.reasoning_unlimited),
-            context: self.context.or(other.context),
-            require_parameters: self.require_parameters.or(other.require_parameters),
-            stream_options: self.stream_options.or(other.stream_options),
-            images: self.images.or(other.images),
-            tools: self.tools.or(other.tools),
-            tools_dialect: self.tools_dialect.or(other.tools_dialect),
-            image_tokens: self.image_tokens.or(other.image_tokens),
-        }
-    }
-
-    /// The defaults where nothing is stated.
-    #[must_use]
-    pub fn settled(self) -> Quirks {
-        let default = Quirks::default();
-        Quirks {
-            max_completion_tokens: self
-                .max_completion_tokens
-                .unwrap_or(default.max_completion_tokens),
-            temperature: self.temperature.unwrap_or(default.temperature),
-            seed: self.seed.unwrap_or(default.seed),
-            reasoning: self.reasoning.unwrap_or(default.reasoning),
-            efforts: self.efforts,
-            effort_levels: self.effort_levels,
-            log_probabilities: self.log_probabilities.unwrap_or(default.log_probabilities),
-            cache_from: self.cache_from,
-            max_tokens: self.max_tokens,
-            reasoning_unlimited: self
-                .reasoning_unlimited
-                .unwrap_or(default.reasoning_unlimited),
-            context: self.context,
-            require_parameters: self
-                .require_parameters
-                .unwrap_or(default.require_parameters),
-            stream_options: self.stream_options.unwrap_or(default.stream_options),
-            images: self.images,
-            tools: self.tools,
-            tools_dialect: self.tools_dialect,
-            image_tokens: self.image_tokens.unwrap_or(default.image_tokens),
-        }
-    }
 }
 
 /// Reasoning effort, in the words of the providers.

@@ -243,7 +243,7 @@ impl Provider {
         let entries: Vec<PriceEntry> = self.prices.iter().flat_map(PriceLine::entries).collect();
         Prices {
             entries,
-            peak: self.peak.as_ref().map(super::provider::PeakLine::peak),
+            peak: self.peak.clone(),
             batch_factor: self.batch_factor,
         }
     }

@@ -2,17 +2,11 @@
 
 use nearmiss_study::evaluation::batch::{Price, Size};
 use nearmiss_study::evaluation::{Judge, Question};
-use nearmiss_workflow::AskDocument;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::CostLimit;
-use crate::{Failure, Outcome, json, output};
-
-impl json::Output for AskDocument<'_> {
-    const NAME: &'static str = "ask";
-    const TITLE: &'static str = "`ask --format json`: one answer";
-}
+use crate::{Failure, Outcome, output};
 
 /// What a question would take.
 #[derive(Serialize, JsonSchema)]
@@ -27,11 +21,6 @@ pub struct AskDryRun<'a> {
     price: String,
     /// Why a budget forbids the question; null if it does not.
     forbidden: Option<String>,
-}
-
-impl json::Output for AskDryRun<'_> {
-    const NAME: &'static str = "ask-dry-run";
-    const TITLE: &'static str = "`ask --dry-run --format json`: what a question would take";
 }
 
 /// Says how long the question is, what it costs at most, and what a budget makes of that.

@@ -26,7 +26,7 @@ use nearmiss_workflow::{
     missing_verdict,
 };
 
-use super::open::{configuration, judge_of};
+use super::open::{configuration, judge_of, runtime};
 use super::prompt::QuestionArguments;
 use super::{Failure, Outcome, ending, knobs, output};
 
@@ -116,11 +116,7 @@ pub fn run(arguments: &Ask) -> Outcome {
             question.case.scene.time_of(last)
         ));
     }
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(1)
-        .enable_all()
-        .build()
-        .map_err(Failure::input)?;
+    let runtime = runtime(1)?;
     let request = AskRequest {
         question: &question,
         judge: &judge,

@@ -14,7 +14,7 @@ use serde::Serialize;
 use strum::{IntoStaticStr, VariantArray};
 
 use super::open::user_thresholds;
-use super::{Failure, Outcome, Workbench, json, output};
+use super::{Failure, Outcome, Workbench, output};
 use installed::Installed;
 
 /// Arguments of `doctor`.
@@ -61,11 +61,6 @@ pub struct Document {
     warnings: usize,
     /// Number of problems.
     problems: usize,
-}
-
-impl json::Output for Document {
-    const NAME: &'static str = "doctor";
-    const TITLE: &'static str = "`doctor --format json`: findings of the check";
 }
 
 impl Finding {

@@ -135,9 +135,5 @@ const WAITING: usize = 16;
 
 /// What waits for the network.
 pub fn runtime() -> Result<Runtime, Failure> {
-    tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(WAITING)
-        .enable_all()
-        .build()
-        .map_err(Failure::input)
+    crate::open::runtime(WAITING)
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::context::say_each;
 use super::{number, some};
 use crate::output::Progress;
-use crate::{Failure, Outcome, json, output};
+use crate::{Failure, Outcome, output};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_record::{columns, rows, text_table};
 use nearmiss_store::{NewItem, Store};
@@ -110,11 +110,6 @@ struct Refused<'a> {
     why: &'a str,
 }
 
-impl json::Output for DryRunDocument<'_> {
-    const NAME: &'static str = "evaluate-dry-run";
-    const TITLE: &'static str = "`evaluate --dry-run --format json`: what would be asked";
-}
-
 /// Writes what would be asked; `refused` is why models cannot be asked as things stand.
 /// `budget` is the most that the run may cost, US dollars.
 pub fn write(
@@ -178,12 +173,6 @@ pub fn write_questions(items: &[NewItem]) -> Outcome {
 pub struct LeaksDocument {
     /// Areas under the ROC curve by task, frame, techniques and lead.
     leaks: Vec<Leak>,
-}
-
-impl json::Output for LeaksDocument {
-    const NAME: &'static str = "evaluate-leaks";
-    const TITLE: &'static str =
-        "`evaluate --dry-run=leaks --format json`: what the surface of the questions tells";
 }
 
 /// Writes how well each part of the surface tells dangerous from safe windows.

@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::{number, some};
 use crate::files::partition;
 use crate::filters::store_to_read;
-use crate::{Failure, Outcome, json, output};
+use crate::{Failure, Outcome, output};
 use nearmiss_formats::PlannerDrives;
 use nearmiss_record::fields::Fields;
 use nearmiss_scene::verdict::Task;
@@ -155,11 +155,6 @@ fn planner(drives: &PlannerDrives) -> Value {
         "settings": drives.settings,
         "sha256": drives.sha256,
     })
-}
-
-impl json::Output for ListedDocument {
-    const NAME: &'static str = "evaluate-list";
-    const TITLE: &'static str = "`evaluate list --format json`: one stored batch a line";
 }
 
 impl Asks {

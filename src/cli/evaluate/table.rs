@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::built_in::BuiltInDocument;
 use super::options::Format;
-use crate::{Failure, Outcome, json, output};
+use crate::{Failure, Outcome, output};
 use nearmiss_record::{Column, Record, columns, columns_of, rows, text_table};
 use nearmiss_store::{BatchId, SplitPart, Store};
 use nearmiss_study::evaluation::batch::{Answers, TestSplit, answers_of_part};
@@ -41,12 +41,6 @@ pub struct BatchDocument {
     splits: Vec<PartProgress>,
     #[serde(flatten)]
     built_in: Option<BuiltInDocument>,
-}
-
-impl json::Output for BatchDocument {
-    const NAME: &'static str = "evaluate";
-    const TITLE: &'static str =
-        "`evaluate --format json`: the table of a batch, or of the built-in judge alone";
 }
 
 impl BatchTable {

@@ -129,11 +129,6 @@ struct ChatFile {
     scenario_names: Vec<String>,
 }
 
-impl json::Output for ChatManifest {
-    const NAME: &'static str = "runs-export-chat";
-    const TITLE: &'static str = "`runs export --format chat`: manifest.json beside the examples";
-}
-
 /// A part of the examples while it is written.
 struct Part {
     path: PathBuf,

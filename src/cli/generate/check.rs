@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::open::resolved;
-use crate::{Failure, Outcome, json, output};
+use crate::{Failure, Outcome, output};
 use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_drive::generation::{
     AttackStyle, Gate, MOST_ATTACKERS, Refusal, RefusalRecord, attacked_planner,
@@ -89,11 +89,6 @@ struct CheckedMotion {
     gone_seconds_early: Option<f64>,
     passed: bool,
     rejected: Vec<RefusalRecord>,
-}
-
-impl json::Output for CheckDocument {
-    const NAME: &'static str = "generate-check";
-    const TITLE: &'static str = "`generate --check --format json`: a variant against its original";
 }
 
 /// Says what is wrong with `variant` beside the one scenario of `entries`.

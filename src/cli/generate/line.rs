@@ -1,14 +1,6 @@
 //! What is to be noted of a model's work on one scenario, beside its JSON line.
 
 use nearmiss_study::evaluation::generating::{Authored, ChosenBy};
-use nearmiss_workflow::variant::VariantLine;
-
-use crate::json::Output;
-
-impl Output for VariantLine {
-    const NAME: &'static str = "generate";
-    const TITLE: &'static str = "`generate --format json`: one scenario a line";
-}
 
 /// Notes on a model's work beside the table.
 pub fn authoring_notes(authored: &Authored) -> Vec<String> {

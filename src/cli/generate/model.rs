@@ -1,9 +1,8 @@
 //! Attacks written by a language model: which, what it consumed or would consume at most, and figures over all scenarios.
 
-use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry};
+use nearmiss_ask::llm::Parameters;
 use nearmiss_drive::generation::AttackSetup;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::Entry;
@@ -18,19 +17,19 @@ use nearmiss_study::evaluation::generating::{
 };
 use nearmiss_workflow::variant::WriterSettings;
 use nearmiss_workflow::{
-    AttackSource, AttackWriter, GenerateRequest, Models, Server, generate, prepare_beside,
+    AttackSource, AttackWriter, GenerateRequest, Server, generate, prepare_beside,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::json;
-use tokio::runtime::{Builder, Handle, Runtime};
+use tokio::runtime::{Handle, Runtime};
 
 use super::GenerateArguments;
 use super::settings::AskSettings;
 use super::variant::GenerateJob;
 use crate::ending::interrupted;
 use crate::many_files::{Job, NEXT};
-use crate::open::{judge_of, user_thresholds};
+use crate::open::{configured_models, configured_parameters, judge_of, runtime, user_thresholds};
 use crate::output::Align::{Left, Right};
 use crate::output::{self, counted};
 use crate::prompts::templates;
@@ -65,20 +64,9 @@ impl Writer {
             };
             server.overlay(&mut providers, model.split('/').next().unwrap_or_default());
         }
-        let parameters = Parameters {
-            temperature: config.temperature,
-            max_tokens: config.max_tokens,
-            seed: None,
-            effort: config.effort.as_deref().and_then(Effort::parse),
-            log_probabilities: false,
-            tools: None,
-        };
-        let models = Models::new(
-            Registry::lenient(&providers, &folders.config_file()),
-            Environment::with_files(&[Path::new("."), &folders.config]),
-            parameters,
-            arguments.budget.or(config.budget),
-        );
+        let parameters = configured_parameters(config);
+        let budget = arguments.budget.or(config.budget);
+        let models = configured_models(&providers, folders, parameters, budget);
         let judge = judge_of(&models, model)?;
         let library = templates(folders)?;
         let store = Store::open(&folders.store()).map_err(Failure::input)?;
@@ -97,15 +85,10 @@ impl Writer {
             fresh: arguments.fresh,
             batch: None,
         };
-        let runtime = Builder::new_multi_thread()
-            .worker_threads(1)
-            .enable_all()
-            .build()
-            .map_err(Failure::input)?;
         Ok(Self {
             author,
             parameters,
-            runtime,
+            runtime: runtime(1)?,
         })
     }
 
@@ -141,29 +124,42 @@ impl Writer {
     }
 }
 
-/// Counts over all scenarios that a model wrote attacks for.
-#[derive(Debug, Default)]
-pub struct ModelFigures {
-    /// Answers, and how many of them were in the store.
+/// What models did in all scenarios.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+pub struct ModelsReport {
+    /// Answers of models.
     requests: u32,
-    stored: u32,
+    /// Of these, answers from the store.
+    from_store: u32,
+    /// Tokens of prompts and answers.
     tokens: u64,
-    usd: f64,
+    /// Cost of answers with a known price, US dollars.
+    cost_usd: f64,
+    /// Answers without a known price.
     unpriced: u32,
+    /// Conversations with a model: how many of their first answers pass the gate, and have an effect that an ideal driver
+    /// survives.
     tries: Tries,
-    /// Scenarios in which both rankings were compared, and those of them in which they agree.
+    /// Scenarios in which the model's grades and the exact ranking were compared.
+    agreement: AgreementReport,
+}
+
+/// In how many scenarios the model's grades and the exact ranking prefer the same motion.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
+struct AgreementReport {
     compared: usize,
     agreed: usize,
-    /// Scenarios in which they would agree, on average, if one of the model's answers were drawn by lot.
+    share: Option<f64>,
+    /// In how many they would by chance.
     by_chance: f64,
 }
 
-impl ModelFigures {
+impl ModelsReport {
     pub fn count(&mut self, consumed: &AuthoredRecord) {
         self.requests += consumed.requests;
-        self.stored += consumed.from_store;
+        self.from_store += consumed.from_store;
         self.tokens += consumed.input_tokens + consumed.output_tokens;
-        self.usd += consumed.cost_usd;
+        self.cost_usd += consumed.cost_usd;
         self.unpriced += consumed.unpriced;
         let tries = consumed.tries;
         self.tries.conversations += tries.conversations;
@@ -171,9 +167,11 @@ impl ModelFigures {
         self.tries.first_effective += tries.first_effective;
         self.tries.effective += tries.effective;
         if let Some(agreed) = consumed.agreement {
-            self.compared += 1;
-            self.agreed += usize::from(agreed.agrees);
-            self.by_chance += agreed.by_chance;
+            let all = &mut self.agreement;
+            all.compared += 1;
+            all.agreed += usize::from(agreed.agrees);
+            all.by_chance += agreed.by_chance;
+            all.share = Some(all.agreed as f64 / all.compared as f64);
         }
     }
 
@@ -195,29 +193,33 @@ impl ModelFigures {
                 counted(conversations, "conversation"),
             ));
         }
-        if self.compared > 0 {
+        let AgreementReport {
+            compared,
+            agreed,
+            by_chance,
+            ..
+        } = self.agreement;
+        if compared > 0 {
             text.push_str(&format!(
-                "the model's grades and the exact ranking prefer the same motion in {} of {} (by chance in {:.1})\n",
-                self.agreed,
-                counted(self.compared, "scenario"),
-                self.by_chance
+                "the model's grades and the exact ranking prefer the same motion in {agreed} of {} (by chance in {by_chance:.1})\n",
+                counted(compared, "scenario"),
             ));
         }
         text + &self.consumed()
     }
 
     fn consumed(&self) -> String {
-        let sent = self.requests.saturating_sub(self.stored);
+        let sent = self.requests.saturating_sub(self.from_store);
         let cost = match self.unpriced {
-            0 => format!("{:.4} USD", self.usd),
+            0 => format!("{:.4} USD", self.cost_usd),
             n if n >= self.requests => "price unknown".into(),
             n => format!(
                 "{:.4} USD, plus {} without a known price",
-                self.usd,
+                self.cost_usd,
                 counted(n as usize, "answer")
             ),
         };
-        let stored = match self.stored {
+        let stored = match self.from_store {
             0 => String::new(),
             n => format!(
                 ", {} from the store (counted here, paid before)",
@@ -227,54 +229,6 @@ impl ModelFigures {
         let sent = counted(sent as usize, "request");
         format!("{sent}{stored}; {} tokens, {cost}\n", self.tokens)
     }
-
-    /// The figures for programs.
-    pub fn report(&self) -> ModelsReport {
-        ModelsReport {
-            requests: self.requests,
-            from_store: self.stored,
-            tokens: self.tokens,
-            cost_usd: self.usd,
-            unpriced: self.unpriced,
-            tries: self.tries,
-            agreement: AgreementReport {
-                compared: self.compared,
-                agreed: self.agreed,
-                share: (self.compared > 0).then(|| self.agreed as f64 / self.compared as f64),
-                by_chance: self.by_chance,
-            },
-        }
-    }
-}
-
-/// What models did in all scenarios.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct ModelsReport {
-    /// Answers of models.
-    requests: u32,
-    /// Of these, answers from the store.
-    from_store: u32,
-    /// Tokens of prompts and answers.
-    tokens: u64,
-    /// Cost of answers with a known price, US dollars.
-    cost_usd: f64,
-    /// Answers without a known price.
-    unpriced: u32,
-    /// Conversations with a model: how many of their first answers pass the gate, and have an effect that an ideal driver
-    /// survives.
-    tries: Tries,
-    /// Scenarios in which the model's grades and the exact ranking were compared.
-    agreement: AgreementReport,
-}
-
-/// In how many scenarios the model's grades and the exact ranking prefer the same motion.
-#[derive(Debug, PartialEq, Serialize, JsonSchema)]
-struct AgreementReport {
-    compared: usize,
-    agreed: usize,
-    share: Option<f64>,
-    /// In how many they would by chance.
-    by_chance: f64,
 }
 
 /// Counts in place of asking.
@@ -439,21 +393,20 @@ mod tests {
             by_chance,
             ..AgreementRecord::default()
         };
-        let mut figures = ModelFigures::default();
+        let mut figures = ModelsReport::default();
         assert_eq!(figures.words(), "");
         figures.count(&consumed(tries, Some(agreement(true, 0.5))));
         figures.count(&consumed(tries, Some(agreement(false, 0.25))));
         // No motion of its own to compare.
         figures.count(&consumed(Tries::default(), None));
-        let report = figures.report();
-        assert_eq!(report.tries.first_effective, 2);
+        assert_eq!(figures.tries.first_effective, 2);
         let agreement = AgreementReport {
             compared: 2,
             agreed: 1,
             share: Some(0.5),
             by_chance: 0.75,
         };
-        assert_eq!(report.agreement, agreement);
+        assert_eq!(figures.agreement, agreement);
         let words = figures.words();
         assert!(
             words.contains("the same motion in 1 of 2 scenarios"),

@@ -6,9 +6,8 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::model::{ModelFigures, ModelsReport};
+use super::model::ModelsReport;
 use super::table;
-use crate::json::Output;
 use crate::{Failure, Outcome, output};
 use nearmiss_drive::generation::{MotionQuantity, MotionSamples, OutcomeName};
 use nearmiss_formats::commonroad::NewFile;
@@ -19,51 +18,23 @@ use nearmiss_workflow::variant::VariantLine;
 /// Counts over all scenarios.
 #[derive(Debug, Default)]
 pub struct Summary {
-    all: usize,
-    generated: usize,
-    taken_over: usize,
+    /// What is counted one by one; the rest of it follows from that.
+    sums: GenerateReport,
     unfit: usize,
     missed: usize,
-    /// The planner failed in the scenario as it was recorded.
-    planner_failed: usize,
-    collisions: usize,
-    /// Attacks under which the planner failed.
-    planner_errors: usize,
-    near_misses: usize,
-    no_effect: usize,
-    none: usize,
-    /// Originals that were dangerous already.
-    unsafe_before: usize,
     /// Lowest risk scores of the attackers before and after.
     before: Vec<u8>,
     after: Vec<u8>,
     /// Of the ideal drivers who survive collisions and near misses the largest acceleration, m/s².
     hardest: Option<f64>,
-    /// Of collisions and near misses, by reaction time.
-    avoidable: BTreeMap<String, usize>,
-    /// Of collisions and near misses, by driver: avoided and decided.
-    drivers: BTreeMap<String, DriverCount>,
-    kinds: BTreeMap<String, usize>,
     /// Variants by how many obstacles attack together.
     together: BTreeMap<usize, usize>,
-    /// How the ego's drives in the variants ended.
-    drives: BTreeMap<String, usize>,
-    /// Drives that ended with a hit from behind, which is no effect.
-    from_behind: usize,
-    /// Drives with a contact between two steps.
-    between: usize,
     /// Variants with a plausibility.
     plausible: usize,
-    candidates: usize,
-    refused: BTreeMap<String, usize>,
     seconds: Vec<f64>,
     /// Motions of attackers, and those recorded in their scenarios.
     attackers: MotionSamples,
     recorded: MotionSamples,
-    /// The planners that were attacked.
-    planners: BTreeSet<String>,
-    /// Of models.
-    models: ModelFigures,
 }
 
 /// What a driver makes of all collisions and near misses.
@@ -76,7 +47,7 @@ struct DriverCount {
 }
 
 /// A summary of all scenarios.
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub struct GenerateReport {
     /// Scenarios done.
     scenarios: usize,
@@ -143,13 +114,8 @@ pub struct GenerateReport {
     models: ModelsReport,
 }
 
-impl Output for GenerateReport {
-    const NAME: &'static str = "generate-report";
-    const TITLE: &'static str = "`generate --report`: summary of all scenarios";
-}
-
 /// How different manoeuvres are.
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 struct Diversity {
     distinct_manoeuvres: usize,
     /// Entropy of their shares.
@@ -166,45 +132,44 @@ const OTHER_FAILURES: [(&str, &str); 3] = [
 impl Summary {
     /// Starts a summary of this many scenarios.
     pub fn new(all: usize) -> Self {
-        Self {
-            all,
-            ..Self::default()
-        }
+        let mut summary = Self::default();
+        summary.sums.asked_for = all;
+        summary
     }
 
     pub fn missed(&mut self, error: &PlanError) {
         match error {
             PlanError::NothingToPlan(_) => self.missed += 1,
-            PlanError::PlannerFailed(_) => self.planner_failed += 1,
+            PlanError::PlannerFailed(_) => self.sums.planner_failed += 1,
             _ => self.unfit += 1,
         }
     }
 
     pub fn count(&mut self, line: &VariantLine) {
-        self.generated += 1;
-        self.taken_over += usize::from(line.taken_over);
-        self.unsafe_before += usize::from(!line.safe_before);
-        self.candidates += line.candidates;
+        self.sums.driven += 1;
+        self.sums.taken_over += usize::from(line.taken_over);
+        self.sums.not_safe_before += usize::from(!line.safe_before);
+        self.sums.candidates += line.candidates;
         self.seconds.push(line.seconds);
-        self.planners.insert(line.attacked());
+        self.sums.planners.insert(line.attacked());
         if let Some(consumed) = &line.model {
-            self.models.count(consumed);
+            self.sums.models.count(consumed);
         }
         for (reason, count) in &line.refused {
-            *self.refused.entry(reason.clone()).or_default() += count;
+            *self.sums.refused.entry(reason.clone()).or_default() += count;
         }
         match line.outcome {
-            OutcomeName::Collision => self.collisions += 1,
-            OutcomeName::PlannerError => self.planner_errors += 1,
-            OutcomeName::NearMiss => self.near_misses += 1,
-            OutcomeName::NoEffect => self.no_effect += 1,
+            OutcomeName::Collision => self.sums.collisions += 1,
+            OutcomeName::PlannerError => self.sums.planner_errors += 1,
+            OutcomeName::NearMiss => self.sums.near_misses += 1,
+            OutcomeName::NoEffect => self.sums.no_effect += 1,
             OutcomeName::None => {
-                self.none += 1;
+                self.sums.none += 1;
                 return;
             }
         }
-        self.from_behind += usize::from(line.is_hit_from_behind());
-        self.between += usize::from(line.touched_after_step.is_some());
+        self.sums.hit_from_behind += usize::from(line.is_hit_from_behind());
+        self.sums.touched_between_steps += usize::from(line.touched_after_step.is_some());
         self.plausible += usize::from(line.plausibility.is_some());
         self.before.extend(line.min_risk_before);
         self.after.extend(line.min_risk_after);
@@ -213,11 +178,15 @@ impl Summary {
             let used = driver.and_then(|driver| driver.max_acceleration);
             self.hardest = self.hardest.into_iter().chain(used).reduce(f64::max);
             for (delay, avoided) in line.avoidable.iter().flatten() {
-                *self.avoidable.entry(delay.clone()).or_default() += usize::from(*avoided);
+                *self.sums.avoidable.entry(delay.clone()).or_default() += usize::from(*avoided);
             }
             let verdicts = line.preventability.iter().flat_map(|found| &found.drivers);
             for verdict in verdicts {
-                let count = self.drivers.entry(verdict.driver.clone()).or_default();
+                let count = self
+                    .sums
+                    .preventable_by
+                    .entry(verdict.driver.clone())
+                    .or_default();
                 count.decided += usize::from(verdict.decides());
                 count.avoided += usize::from(verdict.avoids());
             }
@@ -228,8 +197,8 @@ impl Summary {
         }
         *self.together.entry(line.ids().len()).or_default() += 1;
         let named = [
-            (&mut self.kinds, line.manoeuvres()),
-            (&mut self.drives, line.drive.clone()),
+            (&mut self.sums.manoeuvres, line.manoeuvres()),
+            (&mut self.sums.drives, line.drive.clone()),
         ];
         for (counts, name) in named {
             if let Some(name) = name {
@@ -241,13 +210,13 @@ impl Summary {
     /// Describes the line.
     pub fn words(&self) -> String {
         let counts = [
-            (self.collisions, "collision"),
-            (self.planner_errors, "error of the planner"),
-            (self.near_misses, "near miss"),
-            (self.no_effect, "without effect"),
-            (self.none, "without a variant"),
+            (self.sums.collisions, "collision"),
+            (self.sums.planner_errors, "error of the planner"),
+            (self.sums.near_misses, "near miss"),
+            (self.sums.no_effect, "without effect"),
+            (self.sums.none, "without a variant"),
             (
-                self.planner_failed,
+                self.sums.planner_failed,
                 "not driven by the planner (it failed without an attack)",
             ),
             (self.missed + self.unfit, "not attackable"),
@@ -261,10 +230,11 @@ impl Summary {
                 "worst risk score of attackers (0 = collision), mean: {before:.2} → {after:.2}\n"
             ));
         }
-        let effective = self.collisions + self.near_misses;
+        let effective = self.sums.collisions + self.sums.near_misses;
         if effective > 0 {
             text.push_str(&self.avoidable_words(effective));
-            let counted = { self.drivers.iter() }.filter(|(_, count)| count.decided > 0);
+            let counted =
+                { self.sums.preventable_by.iter() }.filter(|(_, count)| count.decided > 0);
             let counted =
                 counted.map(|(id, count)| format!("{id} {} of {}", count.avoided, count.decided));
             let counted: Vec<String> = counted.collect();
@@ -278,9 +248,12 @@ impl Summary {
                 ));
             }
         }
-        text.push_str(&table::contacts(self.from_behind, self.between));
+        text.push_str(&table::contacts(
+            self.sums.hit_from_behind,
+            self.sums.touched_between_steps,
+        ));
         let astray = OTHER_FAILURES.iter().filter_map(|(outcome, words)| {
-            let n = self.drives.get(*outcome)?;
+            let n = self.sums.drives.get(*outcome)?;
             Some(format!("{n} {words}"))
         });
         let astray: Vec<String> = astray.collect();
@@ -290,32 +263,37 @@ impl Summary {
                 astray.join(", ")
             ));
         }
-        if self.unsafe_before > 0 {
+        if self.sums.not_safe_before > 0 {
             text.push_str(&format!(
                 "not safe as recorded (collision, or risk score of 1 or below): {}\n",
-                output::counted(self.unsafe_before, "original")
+                output::counted(self.sums.not_safe_before, "original")
             ));
         }
-        if self.taken_over > 0 {
+        if self.sums.taken_over > 0 {
             text.push_str(&format!(
                 "{} reused from an earlier run, {} new\n",
-                self.taken_over,
-                self.generated - self.taken_over
+                self.sums.taken_over,
+                self.sums.driven - self.sums.taken_over
             ));
         }
-        let refused: usize = self.refused.values().sum();
+        let refused: usize = self.sums.refused.values().sum();
         text.push_str(&format!(
             "{} tried, {refused} rejected\n",
-            output::counted(self.candidates, "motion")
+            output::counted(self.sums.candidates, "motion")
         ));
-        let kinds: Vec<String> = self.kinds.iter().map(|(k, n)| format!("{n} {k}")).collect();
+        let kinds: Vec<String> = self
+            .sums
+            .manoeuvres
+            .iter()
+            .map(|(k, n)| format!("{n} {k}"))
+            .collect();
         if !kinds.is_empty() {
             text.push_str(&format!(
                 "manoeuvres: {}{}\n",
                 kinds.join(", "),
                 match kinds.len() {
                     1 => String::new(),
-                    _ => format!(" (diversity {:.1} bits)", entropy(&self.kinds)),
+                    _ => format!(" (diversity {:.1} bits)", entropy(&self.sums.manoeuvres)),
                 }
             ));
         }
@@ -342,11 +320,11 @@ impl Summary {
                 apart.join(", ")
             ));
         }
-        if !self.planners.is_empty() && !self.planners.iter().eq(["nearmiss"]) {
-            let all: Vec<&str> = self.planners.iter().map(String::as_str).collect();
+        if !self.sums.planners.is_empty() && !self.sums.planners.iter().eq(["nearmiss"]) {
+            let all: Vec<&str> = self.sums.planners.iter().map(String::as_str).collect();
             text.push_str(&format!("attacked planner: {}\n", all.join(", ")));
         }
-        text.push_str(&self.models.words());
+        text.push_str(&self.sums.models.words());
         text
     }
 
@@ -362,7 +340,7 @@ impl Summary {
     /// With which reaction times an ideal driver avoids the collisions and near misses, of which there are so many.
     fn avoidable_words(&self, effective: usize) -> String {
         if effective == 1 {
-            let mut avoided = self.avoidable.iter().filter(|(_, n)| **n > 0);
+            let mut avoided = self.sums.avoidable.iter().filter(|(_, n)| **n > 0);
             return match avoided.next_back() {
                 Some((delay, _)) => {
                     format!(
@@ -372,7 +350,7 @@ impl Summary {
                 None => "no way was found by which an ideal driver avoids it\n".into(),
             };
         }
-        let late = self.avoidable.iter();
+        let late = self.sums.avoidable.iter();
         let late: Vec<String> = late
             .map(|(delay, n)| format!("{n} with a reaction time of {delay} s"))
             .collect();
@@ -383,16 +361,16 @@ impl Summary {
     }
 
     fn done(&self) -> usize {
-        self.generated + self.not_driven()
+        self.sums.driven + self.not_driven()
     }
 
     fn not_driven(&self) -> usize {
-        self.missed + self.unfit + self.planner_failed
+        self.missed + self.unfit + self.sums.planner_failed
     }
 
     fn report(&self, interrupted: bool) -> GenerateReport {
-        let effective = self.collisions + self.near_misses;
-        let refused: usize = self.refused.values().sum();
+        let effective = self.sums.collisions + self.sums.near_misses;
+        let refused: usize = self.sums.refused.values().sum();
         let share = |n: usize, of: usize| (of > 0).then(|| n as f64 / of as f64);
         let mut seconds = self.seconds.clone();
         seconds.sort_by(f64::total_cmp);
@@ -400,44 +378,25 @@ impl Summary {
         let apart = self.wasserstein().into_iter();
         GenerateReport {
             scenarios: self.done(),
-            asked_for: self.all,
             interrupted,
-            driven: self.generated,
-            taken_over: self.taken_over,
             not_driven: self.not_driven(),
-            planner_failed: self.planner_failed,
-            planners: self.planners.clone(),
-            collisions: self.collisions,
-            planner_errors: self.planner_errors,
-            near_misses: self.near_misses,
-            no_effect: self.no_effect,
-            none: self.none,
-            not_safe_before: self.unsafe_before,
-            drives: self.drives.clone(),
-            hit_from_behind: self.from_behind,
-            touched_between_steps: self.between,
-            effective_share: share(effective, self.generated),
+            effective_share: share(effective, self.sums.driven),
             mean_min_risk_before: mean(&self.before),
             mean_min_risk_after: mean(&self.after),
-            avoidable: self.avoidable.clone(),
-            preventable_by: self.drivers.clone(),
-            candidates: self.candidates,
             valid_share_of_candidates: share(
-                self.candidates.saturating_sub(refused),
-                self.candidates,
+                self.sums.candidates.saturating_sub(refused),
+                self.sums.candidates,
             ),
-            refused: self.refused.clone(),
-            manoeuvres: self.kinds.clone(),
             by_attackers: by_attackers
                 .map(|(n, count)| (n.to_string(), *count))
                 .collect(),
             diversity: Diversity {
-                distinct_manoeuvres: self.kinds.len(),
-                entropy_bits: entropy(&self.kinds),
+                distinct_manoeuvres: self.sums.manoeuvres.len(),
+                entropy_bits: entropy(&self.sums.manoeuvres),
             },
             wasserstein_to_recorded: apart.map(|(q, apart)| (q.name().into(), apart)).collect(),
             median_seconds: seconds.get(seconds.len() / 2).copied(),
-            models: self.models.report(),
+            ..self.sums.clone()
         }
     }
 
@@ -454,21 +413,23 @@ impl Summary {
     /// The exit status.
     pub fn outcome(&self) -> Outcome {
         let finding = |message| Err(Failure::finding(message));
-        let without = self.no_effect + self.none;
+        let without = self.sums.no_effect + self.sums.none;
         match (without, self.not_driven()) {
             (0, 0) => Ok(()),
-            _ if self.unfit == self.all => Err(Failure::input("no scenario could be attacked")),
+            _ if self.unfit == self.sums.asked_for => {
+                Err(Failure::input("no scenario could be attacked"))
+            }
             (0, n) => finding(format!(
                 "{} could not be attacked",
-                output::of_scenarios(n, self.all)
+                output::of_scenarios(n, self.sums.asked_for)
             )),
             (n, 0) => finding(format!(
                 "{} ended without a collision or near miss",
-                output::of_scenarios(n, self.all)
+                output::of_scenarios(n, self.sums.asked_for)
             )),
             (n, m) => finding(format!(
                 "{} ended without a collision or near miss, and {m} could not be attacked",
-                output::of_scenarios(n, self.all)
+                output::of_scenarios(n, self.sums.asked_for)
             )),
         }
     }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{Inspect, Looked, look, moment_words};
 use crate::output::PageFormat;
-use crate::{Failure, Outcome, json, output};
+use crate::{Failure, Outcome, output};
 
 /// What differs between two scenarios.
 #[derive(Serialize, JsonSchema)]
@@ -20,11 +20,6 @@ pub struct DifferenceDocument {
     b: ScenarioRow,
     #[serde(flatten)]
     differences: Differences,
-}
-
-impl json::Output for DifferenceDocument {
-    const NAME: &'static str = "inspect-diff";
-    const TITLE: &'static str = "`inspect A B --diff --format json`: what differs";
 }
 
 /// Compares the two scenarios; that they differ is a finding.

@@ -15,8 +15,6 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::json;
-
 /// A scenario.
 #[derive(Serialize, JsonSchema)]
 pub struct ScenarioDocument<'s> {
@@ -66,11 +64,6 @@ pub struct ScenarioDocument<'s> {
     routes: Vec<RouteDocument>,
     #[schemars(with = "Vec<Value>")]
     diagnostics: &'s [Diagnostic],
-}
-
-impl json::Output for ScenarioDocument<'_> {
-    const NAME: &'static str = "inspect";
-    const TITLE: &'static str = "`inspect FILE --format json`: a scenario";
 }
 
 /// An obstacle: type, states, occupancy sets and signals.

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::{Failure, Outcome, json, output};
+use crate::{Failure, Outcome, output};
 
 /// Prints the solution in the file at `path`.
 pub(super) fn inspect(path: &Path, as_json: bool) -> Outcome {
@@ -130,11 +130,6 @@ pub struct SolutionDocument<'s> {
     problems: Vec<ProblemDocument<'s>>,
     #[schemars(with = "Vec<Value>")]
     diagnostics: &'s [Diagnostic],
-}
-
-impl json::Output for SolutionDocument<'_> {
-    const NAME: &'static str = "inspect-solution";
-    const TITLE: &'static str = "`inspect SOLUTION --format json`: a solution";
 }
 
 /// What a solution says of a planning problem.

@@ -1,9 +1,6 @@
 //! Outputs that are one type each: what is written and what the schema says come from the same fields.
 
-use nearmiss_base::system::KeyBinding;
 use nearmiss_record::Record;
-use nearmiss_study::evaluation::batch::QuestionLine;
-use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
@@ -51,25 +48,4 @@ pub const fn noun<T: Record>() -> Derived {
         common_words: false,
         schema: nearmiss_record::schema::<T>,
     }
-}
-
-impl Output for QuestionLine {
-    const NAME: &'static str = "evaluate-questions";
-    const TITLE: &'static str = "`evaluate --dry-run=questions`: one question a line";
-}
-
-impl Output for ReportDocument {
-    const NAME: &'static str = "report";
-    const TITLE: &'static str = "`report --format json`: tables of stored or recorded answers";
-}
-
-impl Output for AxesDocument {
-    const NAME: &'static str = "report-axes";
-    const TITLE: &'static str =
-        "`report --rows AXIS --format json`: a measure over axes, and differences from a baseline";
-}
-
-impl Output for KeyBinding {
-    const NAME: &'static str = "config-keys";
-    const TITLE: &'static str = "`config keys --format json`: one action a line";
 }

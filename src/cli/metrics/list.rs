@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Metrics, Rows, measured};
 use crate::output::TableFormat;
-use crate::{Failure, Outcome, json, output};
+use crate::{Failure, Outcome, output};
 use nearmiss_base::system::pad_end;
 use nearmiss_scene::metrics::{Danger, SCENE_MEASURES, Threshold, Thresholds, measures};
 
@@ -44,11 +44,6 @@ struct ListedThreshold {
     source: String,
 }
 
-impl json::Output for ListDocument {
-    const NAME: &'static str = "metrics-list";
-    const TITLE: &'static str = "`metrics --list --format json`: one measure a line";
-}
-
 /// Prints the list.
 pub(super) fn run(arguments: &Metrics, format: Option<TableFormat>) -> Outcome {
     let (rows, thresholds) = measured(arguments)?;
@@ -66,27 +61,21 @@ pub(super) fn run(arguments: &Metrics, format: Option<TableFormat>) -> Outcome {
 }
 
 fn lines(rows: Rows, thresholds: &Thresholds) -> Result<Vec<Line<'_>>, Failure> {
+    let line = |id, name, unit, danger, source| Line {
+        id,
+        name,
+        unit,
+        danger,
+        source,
+        thresholds: thresholds.for_measure(id).collect(),
+    };
     Ok(match rows {
         Rows::Exact => measures()
-            .map(|m| Line {
-                id: m.id,
-                name: m.name,
-                unit: m.unit,
-                danger: m.danger,
-                source: m.source,
-                thresholds: thresholds.for_measure(m.id).collect(),
-            })
+            .map(|m| line(m.id, m.name, m.unit, m.danger, m.source))
             .collect(),
         Rows::Scene => SCENE_MEASURES
             .iter()
-            .map(|m| Line {
-                id: m.id,
-                name: m.name,
-                unit: m.unit,
-                danger: m.danger,
-                source: m.source,
-                thresholds: thresholds.for_measure(m.id).collect(),
-            })
+            .map(|m| line(m.id, m.name, m.unit, m.danger, m.source))
             .collect(),
         Rows::Paper => {
             return Err(Failure::input(

@@ -20,7 +20,6 @@ use super::table::{Export, OUTCOMES};
 use super::{NotDrivenRecord, PlanArguments};
 use crate::ending::interrupted;
 use crate::files::Labels;
-use crate::json::Output;
 use crate::many_files::{Job, NEXT, RunJournal};
 use crate::output::Align::{Left, Right};
 use crate::output::{self, line};
@@ -349,11 +348,6 @@ pub struct ComparisonRecord {
     standings: Vec<StandingRecord>,
     /// Scenarios that no baseline solves.
     beyond_baselines: BeyondBaselines,
-}
-
-impl Output for ComparisonRecord {
-    const NAME: &'static str = "plan-comparison";
-    const TITLE: &'static str = "`plan --planner A --planner B --format json`: the last line";
 }
 
 /// A figure of both planners.

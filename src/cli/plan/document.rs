@@ -5,18 +5,12 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::json::Output;
 use crate::output;
 use nearmiss_drive::planner::{Emergency, VehicleState};
 use nearmiss_drive::simulation::Cycle;
 use nearmiss_formats::Entry;
 use nearmiss_workflow::PlanError;
-use nearmiss_workflow::drive::{DriveRecord, DrivenScenario, PlannerFaultRecord, thousandths};
-
-impl Output for DriveRecord {
-    const NAME: &'static str = "plan";
-    const TITLE: &'static str = "`plan --format json`: one drive a line";
-}
+use nearmiss_workflow::drive::{DrivenScenario, PlannerFaultRecord, thousandths};
 
 /// A scenario that was not driven, and why.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -32,12 +26,6 @@ pub struct NotDrivenRecord {
     /// How the planner's process failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     external_planner: Option<PlannerFaultRecord>,
-}
-
-impl Output for NotDrivenRecord {
-    const NAME: &'static str = "not-driven";
-    const TITLE: &'static str =
-        "`plan --format json`, `generate --format json`: a scenario that could not be driven";
 }
 
 /// One planning cycle.
@@ -71,11 +59,6 @@ pub struct CycleRecord {
     states: Vec<StateRecord>,
 }
 
-impl Output for CycleRecord {
-    const NAME: &'static str = "plan-log";
-    const TITLE: &'static str = "`plan --log`: one planning cycle a line";
-}
-
 /// A rule that asks for a stop.
 #[derive(Debug, Serialize, JsonSchema)]
 struct HoldRecord {
@@ -107,11 +90,6 @@ pub struct StandardErrorRecord {
     planner: String,
     /// Its last lines.
     stderr: Vec<String>,
-}
-
-impl Output for StandardErrorRecord {
-    const NAME: &'static str = "plan-log-stderr";
-    const TITLE: &'static str = "`plan --planner --log`: standard error of a planner's process, after the cycles of its drive";
 }
 
 impl StandardErrorRecord {

@@ -1,10 +1,8 @@
 //! `plan --monitor`: which judge watches the drives, what it said of them, and what its questions cost.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
@@ -14,15 +12,14 @@ use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::drive::{MonitorRecord, median};
-use nearmiss_workflow::{Models, Monitor, MonitorCost, Server, prepare_beside};
+use nearmiss_workflow::{Monitor, MonitorCost, Server, prepare_beside};
 use schemars::JsonSchema;
 use serde::Serialize;
-use tokio::runtime::{Builder, Runtime};
+use tokio::runtime::Runtime;
 
 use crate::ask::budget;
-use crate::json::Output;
 use crate::many_files::{Job, NEXT};
-use crate::open::{judge_of, user_thresholds};
+use crate::open::{configured_models, configured_parameters, judge_of, runtime, user_thresholds};
 use crate::prompts::templates;
 use crate::{Failure, Outcome, output};
 
@@ -123,21 +120,8 @@ impl MonitorOptions {
             };
             server.overlay(&mut providers, name);
         }
-        let parameters = Parameters {
-            temperature: config.temperature,
-            max_tokens: config.max_tokens,
-            seed: None,
-            effort: config.effort.as_deref().and_then(Effort::parse),
-            log_probabilities: false,
-            tools: None,
-        };
         let budget = self.budget.or(config.budget);
-        let models = Models::new(
-            Registry::lenient(&providers, &folders.config_file()),
-            Environment::with_files(&[Path::new("."), &folders.config]),
-            parameters,
-            budget,
-        );
+        let models = configured_models(&providers, folders, configured_parameters(config), budget);
         let judge = judge_of(&models, model)?;
         if matches!(judge, Judge::Recorded(_)) {
             return Err(Failure::input(format!(
@@ -156,11 +140,7 @@ impl MonitorOptions {
             library,
             thresholds: Arc::new(user_thresholds(folders)?),
             store,
-            runtime: Builder::new_multi_thread()
-                .worker_threads(1)
-                .enable_all()
-                .build()
-                .map_err(Failure::input)?,
+            runtime: runtime(1)?,
             settings: nearmiss_study::evaluation::Settings {
                 history: config.history,
                 ..Default::default()
@@ -299,11 +279,6 @@ pub struct MonitorDryRun {
     pub most_usd: Option<f64>,
     /// The budget, US dollars.
     pub budget_usd: Option<f64>,
-}
-
-impl Output for MonitorDryRun {
-    const NAME: &'static str = "plan-dry-run";
-    const TITLE: &'static str = "`plan --monitor --dry-run --format json`: what the questions cost";
 }
 
 /// Names of the columns of a monitor in the table.

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::Tuned;
 use super::words::{can_find_gain, gain, parts, yes_or_no};
-use crate::{Outcome, json, output};
+use crate::{Outcome, output};
 
 /// A tune.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -135,12 +135,6 @@ struct RefusalDocument {
     /// invalid, not_better or unanswered.
     kind: &'static str,
     why: String,
-}
-
-impl json::Output for TuneDocument {
-    const NAME: &'static str = "tune";
-    const TITLE: &'static str =
-        "`tune --format json`: templates, their gains, and whether one is better";
 }
 
 /// The parts of a plan.
@@ -289,11 +283,6 @@ impl TuneDryRunDocument {
             budget,
         }
     }
-}
-
-impl json::Output for TuneDryRunDocument {
-    const NAME: &'static str = "tune-dry-run";
-    const TITLE: &'static str = "`tune --dry-run --format json`: what would be asked";
 }
 
 /// Writes what would be asked at most.

@@ -69,6 +69,24 @@ pub struct About {
     pub hash: ContentHash,
 }
 
+impl About {
+    /// A recording without an ego of its own, of which nothing is hashed.
+    pub fn bare(
+        source: &'static str,
+        benchmark_id: impl Into<String>,
+        time_step_size: f64,
+    ) -> Self {
+        Self {
+            source,
+            benchmark_id: benchmark_id.into(),
+            time_step_size,
+            tags: Vec::new(),
+            ego: None,
+            hash: ContentHash::digest(b""),
+        }
+    }
+}
+
 /// The scenario of a recording.
 ///
 /// # Errors

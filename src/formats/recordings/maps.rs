@@ -13,7 +13,7 @@ use super::utm::TransverseMercator;
 use super::{Report, lanelet2, opendrive, sumo, whole_file};
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::{self, ReadError, root_name_of};
-use crate::dispatch::{Address, Format, HEAD, Parts};
+use crate::dispatch::{Address, Format, HEAD};
 
 /// The format of files that are maps and nothing else: Lanelet2 and nets of SUMO.
 pub struct MapAlone;
@@ -26,10 +26,6 @@ impl Format for MapAlone {
     /// They lie beside recordings.
     fn is_found(&self, _: &Path, _: &[u8]) -> bool {
         false
-    }
-
-    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
-        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {

@@ -72,6 +72,12 @@ pub(super) fn whole_file(address: &Address) -> Result<&Path, ReadError> {
     Err(Report::about(format!("{file}#{part}")).fail(message))
 }
 
+fn report_of(address: &Address) -> Report {
+    let shown = address.part.as_ref();
+    let shown = shown.map_or_else(String::new, |part| format!("#{part}"));
+    Report::about(format!("{}{shown}", address.file.display()))
+}
+
 static MAPS: OnceLock<PathBuf> = OnceLock::new();
 
 /// Says where maps are that do not lie with their recordings: a map, or a folder of them. Said once, before the first

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use super::Report;
 use crate::commonroad::ReadError;
+use crate::dispatch::Address;
 use nearmiss_scene::scenario::{Obstacle, Scenario};
 
 /// Length of a window, seconds.
@@ -43,6 +44,15 @@ pub struct WindowRequest {
 }
 
 impl WindowRequest {
+    /// The one that an address names, as [`Self::parse`]; nothing where it names a whole recording.
+    ///
+    /// # Errors
+    /// See [`Self::parse`].
+    pub fn of(address: &Address, report: &Report) -> Result<Option<Self>, ReadError> {
+        let part = address.part.as_ref();
+        part.map(|part| Self::parse(part, report)).transpose()
+    }
+
     /// Reads `track=NAME` or `track=NAME@34.0s`.
     ///
     /// # Errors

@@ -187,18 +187,23 @@ pub(super) fn describe_motion(w: &Writer, seen: &VisibleObstacle, contact: bool)
         (_, -1) => "Behind the ego, the gap is opening",
         _ => "Behind the ego, the gap stays",
     };
-    let lat = match (gap_lat, v_lat) {
-        (0, 0) => "it is in line with the ego and stays so",
-        (0, 1) => "it is in line with the ego and moves to the left",
-        (0, _) => "it is in line with the ego and moves to the right",
-        (1, -1) => "on the left it comes nearer sideways",
-        (1, 1) => "on the left it moves away sideways",
-        (1, _) => "on the left it keeps its sideways distance",
-        (_, 1) => "on the right it comes nearer sideways",
-        (_, -1) => "on the right it moves away sideways",
-        _ => "on the right it keeps its sideways distance",
-    };
+    let lat = sideways("it is in line with the ego", gap_lat, v_lat);
     format!("{long}; {lat}.")
+}
+
+/// Where it is across the ego's way and how it moves there; `in_line` says that it is beside neither side.
+fn sideways(in_line: &str, place: i8, velocity: i8) -> String {
+    match (place, velocity) {
+        (0, 0) => format!("{in_line} and stays so"),
+        (0, 1) => format!("{in_line} and moves to the left"),
+        (0, _) => format!("{in_line} and moves to the right"),
+        (1, -1) => "on the left it comes nearer sideways".into(),
+        (1, 1) => "on the left it moves away sideways".into(),
+        (1, _) => "on the left it keeps its sideways distance".into(),
+        (_, 1) => "on the right it comes nearer sideways".into(),
+        (_, -1) => "on the right it moves away sideways".into(),
+        _ => "on the right it keeps its sideways distance".into(),
+    }
 }
 
 /// The same along and across the ego's lane, from what is written of it: how far the other is ahead and to the left, and
@@ -215,17 +220,7 @@ pub(super) fn describe_along_lane([s, d]: [f64; 2], [v_s, v_d]: [f64; 2]) -> Str
         (_, -1) => "Behind along the lane, it draws away",
         _ => "Behind along the lane, it stays as far away",
     };
-    let lat = match (sign(d), sign(v_d)) {
-        (0, 0) => "its centre is in line with the ego's and stays so",
-        (0, 1) => "its centre is in line with the ego's and moves to the left",
-        (0, _) => "its centre is in line with the ego's and moves to the right",
-        (1, -1) => "on the left it comes nearer sideways",
-        (1, 1) => "on the left it moves away sideways",
-        (1, _) => "on the left it keeps its sideways distance",
-        (_, 1) => "on the right it comes nearer sideways",
-        (_, -1) => "on the right it moves away sideways",
-        _ => "on the right it keeps its sideways distance",
-    };
+    let lat = sideways("its centre is in line with the ego's", sign(d), sign(v_d));
     format!("{long}; {lat}.")
 }
 

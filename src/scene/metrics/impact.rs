@@ -14,7 +14,7 @@ use strum::{IntoStaticStr, VariantArray};
 use nearmiss_base::geometry::{Bounds, Placed, Point, Shape, Vector, angle_between, ring_within};
 
 use super::injury::{self, People};
-use super::{Compute, Contact, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+use super::{Contact, Danger, Encounter, Measure, NoValue, Reading};
 use crate::scenario::ObstacleType;
 
 /// A side of a body.
@@ -334,26 +334,6 @@ fn face(body: &Placed<'_>, at: &Point) -> ContactSide {
     nearest.map_or(ContactSide::Front, |(_, face)| face)
 }
 
-const fn measure(
-    id: &'static str,
-    name: &'static str,
-    unit: &'static str,
-    danger: Danger,
-    source: &'static str,
-    compute: fn(&Encounter<'_>) -> Reading,
-) -> Measure {
-    Measure {
-        id,
-        name,
-        unit,
-        danger,
-        mirrored: Mirrored::Kept,
-        reads_ahead: true,
-        source,
-        compute: Compute::Code(compute),
-    }
-}
-
 /// What the first contact of the recording gives; one value for the pair, the same at every step.
 fn of_first(
     encounter: &Encounter<'_>,
@@ -373,56 +353,62 @@ fn delta_v(encounter: &Encounter<'_>, of: usize) -> Reading {
     })
 }
 
-pub(super) const CONTACT_SPEED: Measure = measure(
+pub(super) const CONTACT_SPEED: Measure = Measure::new(
     "contact_speed",
     "closing speed at contact",
     "m/s",
     Danger::High,
     "relative speed at the first recorded contact (Shelby 2011)",
     |encounter| of_first(encounter, |impact| Ok(impact.closing_speed)),
-);
+)
+.reading_ahead();
 
-pub(super) const DELTA_V: Measure = measure(
+pub(super) const DELTA_V: Measure = Measure::new(
     "delta_v",
     "change of the ego's velocity by the contact",
     "m/s",
     Danger::High,
     "plastic planar impact with friction (Kudlich 1966, Slibar 1966)",
     |encounter| delta_v(encounter, 0),
-);
+)
+.reading_ahead();
 
-pub(super) const DELTA_V_OTHER: Measure = measure(
+pub(super) const DELTA_V_OTHER: Measure = Measure::new(
     "delta_v_other",
     "change of the other's velocity by the contact",
     "m/s",
     Danger::High,
     "plastic planar impact with friction (Kudlich 1966, Slibar 1966)",
     |encounter| delta_v(encounter, 1),
-);
+)
+.reading_ahead();
 
-pub(super) const P_SERIOUS: Measure = measure(
+pub(super) const P_SERIOUS: Measure = Measure::new(
     "p_serious",
     "risk of a serious injury by the contact",
     "",
     Danger::High,
     "MAIS3+ of the people at most risk (Lubbe et al. 2022, Wang 2022)",
     |encounter| of_first(encounter, |impact| impact.p_serious),
-);
+)
+.reading_ahead();
 
-pub(super) const IMPACT_ANGLE: Measure = measure(
+pub(super) const IMPACT_ANGLE: Measure = Measure::new(
     "impact_angle",
     "angle between the headings at contact",
     "rad",
     Danger::Neutral,
     "0 is the same way, π head-on",
     |encounter| of_first(encounter, |impact| Ok(impact.angle)),
-);
+)
+.reading_ahead();
 
-pub(super) const IMPACT_OVERLAP: Measure = measure(
+pub(super) const IMPACT_OVERLAP: Measure = Measure::new(
     "impact_overlap",
     "share of the ego's width that the contact covers",
     "",
     Danger::Neutral,
     "1 is full overlap, less an offset",
     |encounter| of_first(encounter, |impact| Ok(impact.overlap)),
-);
+)
+.reading_ahead();

@@ -91,6 +91,39 @@ pub(super) const RISK: &str = "risk";
 const OF_PLACES: [&str; 6] = ["distance", "gap_long", "gap_lat", "dce", "ttce", "ttc_star"];
 
 impl Measure {
+    /// One that the program computes from what is there at the step, the same in a mirrored scene.
+    pub(super) const fn new(
+        id: &'static str,
+        name: &'static str,
+        unit: &'static str,
+        danger: Danger,
+        source: &'static str,
+        compute: fn(&Encounter<'_>) -> Reading,
+    ) -> Self {
+        Self {
+            id,
+            name,
+            unit,
+            danger,
+            mirrored: Mirrored::Kept,
+            reads_ahead: false,
+            source,
+            compute: Compute::Code(compute),
+        }
+    }
+
+    /// The same of steps after the one that it is computed at.
+    pub(super) const fn reading_ahead(mut self) -> Self {
+        self.reads_ahead = true;
+        self
+    }
+
+    /// The same with another sign in a mirrored scene.
+    pub(super) const fn negated(mut self) -> Self {
+        self.mirrored = Mirrored::Negated;
+        self
+    }
+
     /// Its value in an encounter. With a region of an occupancy set, where an obstacle may be and whose velocity is not
     /// known, only measures of places have values, and the risk score where the region touches the ego.
     #[must_use]

@@ -28,7 +28,6 @@ pub use contact::Contact;
 pub use context::{Context, Encounter};
 pub use impact::{ContactSide, DEEP, Impact, ImpactRecord, sides};
 pub use limits::{LIMITS, Limit};
-use measure::Compute;
 pub use measure::{Danger, Measure, Mirrored};
 pub use own::{OwnMeasure, OwnMeasures, OwnMistake, STATES, measures, own_formulas};
 pub use plane::HORIZON;

@@ -10,18 +10,16 @@
 
 use nearmiss_base::geometry::Contact;
 
-use super::{Compute, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+use super::{Danger, Encounter, Measure, NoValue, Reading};
 
-pub(super) const TIME_TO_COLLISION: Measure = Measure {
-    id: "ttc",
-    name: "time to collision",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "Hayward 1972, bodies in the plane at constant velocity",
-    compute: Compute::Code(time_to_collision),
-};
+pub(super) const TIME_TO_COLLISION: Measure = Measure::new(
+    "ttc",
+    "time to collision",
+    "s",
+    Danger::Low,
+    "Hayward 1972, bodies in the plane at constant velocity",
+    time_to_collision,
+);
 
 /// Contacts later than this are not looked for, seconds.
 pub const HORIZON: f64 = 10.0;
@@ -41,16 +39,14 @@ fn time_to_collision(encounter: &Encounter<'_>) -> Reading {
     }
 }
 
-pub(super) const WORST_CASE_TTC: Measure = Measure {
-    id: "wttc",
-    name: "worst-case time to collision",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "first touch of circles that grow with worst_case (Wachenfeld 2016)",
-    compute: Compute::Code(worst_case_ttc),
-};
+pub(super) const WORST_CASE_TTC: Measure = Measure::new(
+    "wttc",
+    "worst-case time to collision",
+    "s",
+    Danger::Low,
+    "first touch of circles that grow with worst_case (Wachenfeld 2016)",
+    worst_case_ttc,
+);
 
 fn worst_case_ttc(encounter: &Encounter<'_>) -> Reading {
     let feared = encounter.thresholds().limits.worst_case;
@@ -154,21 +150,14 @@ impl Circles {
     }
 }
 
-pub(super) const DISTANCE: Measure = Measure {
-    id: "distance",
-    name: "distance",
-    unit: "m",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "exact distance of the bodies (GJK, parry)",
-    compute: Compute::Code(distance),
-};
-
-/// Metres between the nearest points of the two bodies.
-fn distance(encounter: &Encounter<'_>) -> Reading {
-    Reading::Value(encounter.distance())
-}
+pub(super) const DISTANCE: Measure = Measure::new(
+    "distance",
+    "distance",
+    "m",
+    Danger::Low,
+    "exact distance of the bodies (GJK, parry)",
+    |e| Reading::Value(e.distance()),
+);
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,7 @@
 
 use nearmiss_base::geometry::Vector;
 
-use super::{Compute, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+use super::{Danger, Encounter, Measure, NoValue, Reading};
 
 /// The position of another participant relative to the ego's body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -182,93 +182,80 @@ pub fn side_of_centre(encounter: &Encounter<'_>) -> Direction {
     }
 }
 
-pub(super) const GAP_LONG: Measure = Measure {
-    id: "gap_long",
-    name: "longitudinal gap",
-    unit: "m",
-    danger: Danger::Neutral,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "ego frame, bumper to bumper",
-    compute: Compute::Code(|e| Reading::Value(e.relation().gap_long)),
-};
+pub(super) const GAP_LONG: Measure = Measure::new(
+    "gap_long",
+    "longitudinal gap",
+    "m",
+    Danger::Neutral,
+    "ego frame, bumper to bumper",
+    |e| Reading::Value(e.relation().gap_long),
+);
 
-pub(super) const GAP_LAT: Measure = Measure {
-    id: "gap_lat",
-    name: "lateral gap",
-    unit: "m",
-    danger: Danger::Neutral,
-    mirrored: Mirrored::Negated,
-    reads_ahead: false,
-    source: "ego frame, side to side",
-    compute: Compute::Code(|e| Reading::Value(e.relation().gap_lat)),
-};
+pub(super) const GAP_LAT: Measure = Measure::new(
+    "gap_lat",
+    "lateral gap",
+    "m",
+    Danger::Neutral,
+    "ego frame, side to side",
+    |e| Reading::Value(e.relation().gap_lat),
+)
+.negated();
 
-pub(super) const TTC_LONG: Measure = Measure {
-    id: "ttc_long",
-    name: "time to close the longitudinal gap",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "gap over closing speed, ego frame",
-    compute: Compute::Code(|e| to_close(&e.relation(), |r| r.gap_long, Relation::time_long)),
-};
+pub(super) const TTC_LONG: Measure = Measure::new(
+    "ttc_long",
+    "time to close the longitudinal gap",
+    "s",
+    Danger::Low,
+    "gap over closing speed, ego frame",
+    |e| to_close(&e.relation(), |r| r.gap_long, Relation::time_long),
+);
 
-pub(super) const TTC_LAT: Measure = Measure {
-    id: "ttc_lat",
-    name: "time to close the lateral gap",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "gap over closing speed, ego frame",
-    compute: Compute::Code(|e| to_close(&e.relation(), |r| r.gap_lat, Relation::time_lat)),
-};
+pub(super) const TTC_LAT: Measure = Measure::new(
+    "ttc_lat",
+    "time to close the lateral gap",
+    "s",
+    Danger::Low,
+    "gap over closing speed, ego frame",
+    |e| to_close(&e.relation(), |r| r.gap_lat, Relation::time_lat),
+);
 
-pub(super) const V_REL_LONG: Measure = Measure {
-    id: "v_rel_long",
-    name: "relative velocity, longitudinal",
-    unit: "m/s",
-    danger: Danger::Neutral,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "ego frame",
-    compute: Compute::Code(|e| Reading::Value(e.relation().velocity.x)),
-};
+pub(super) const V_REL_LONG: Measure = Measure::new(
+    "v_rel_long",
+    "relative velocity, longitudinal",
+    "m/s",
+    Danger::Neutral,
+    "ego frame",
+    |e| Reading::Value(e.relation().velocity.x),
+);
 
-pub(super) const V_REL_LAT: Measure = Measure {
-    id: "v_rel_lat",
-    name: "relative velocity, lateral",
-    unit: "m/s",
-    danger: Danger::Neutral,
-    mirrored: Mirrored::Negated,
-    reads_ahead: false,
-    source: "ego frame",
-    compute: Compute::Code(|e| Reading::Value(e.relation().velocity.y)),
-};
+pub(super) const V_REL_LAT: Measure = Measure::new(
+    "v_rel_lat",
+    "relative velocity, lateral",
+    "m/s",
+    Danger::Neutral,
+    "ego frame",
+    |e| Reading::Value(e.relation().velocity.y),
+)
+.negated();
 
-pub(super) const A_REL_LONG: Measure = Measure {
-    id: "a_rel_long",
-    name: "relative acceleration, longitudinal",
-    unit: "m/s²",
-    danger: Danger::Neutral,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "ego frame",
-    compute: Compute::Code(|e| Reading::Value(e.relation().acceleration.x)),
-};
+pub(super) const A_REL_LONG: Measure = Measure::new(
+    "a_rel_long",
+    "relative acceleration, longitudinal",
+    "m/s²",
+    Danger::Neutral,
+    "ego frame",
+    |e| Reading::Value(e.relation().acceleration.x),
+);
 
-pub(super) const A_REL_LAT: Measure = Measure {
-    id: "a_rel_lat",
-    name: "relative acceleration, lateral",
-    unit: "m/s²",
-    danger: Danger::Neutral,
-    mirrored: Mirrored::Negated,
-    reads_ahead: false,
-    source: "ego frame",
-    compute: Compute::Code(|e| Reading::Value(e.relation().acceleration.y)),
-};
+pub(super) const A_REL_LAT: Measure = Measure::new(
+    "a_rel_lat",
+    "relative acceleration, lateral",
+    "m/s²",
+    Danger::Neutral,
+    "ego frame",
+    |e| Reading::Value(e.relation().acceleration.y),
+)
+.negated();
 
 /// The time to close a gap, which is 0 where the bodies overlap along its axis.
 fn to_close(

@@ -13,9 +13,7 @@ use strum::{IntoStaticStr, VariantArray};
 
 use super::measure::RISK;
 use super::paper::{self, TooLarge};
-use super::{
-    Compute, Danger, Direction, Encounter, Measure, Mirrored, Reading, Thresholds, measure, plane,
-};
+use super::{Danger, Direction, Encounter, Measure, Reading, Thresholds, measure, plane};
 use crate::scenario::Scene;
 
 impl RiskTable {
@@ -76,31 +74,27 @@ const NO_CLOSING_TIME: f64 = f64::INFINITY;
 
 /// The risk score before it is rounded, with grades that grow evenly from level to level: of two
 /// encounters with the same score it says which is nearer to the next. For searches; not among [`super::MEASURES`].
-pub const UNROUNDED_RISK: Measure = Measure {
-    id: "risk_unrounded",
-    name: "unrounded risk score",
-    unit: "",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "own",
-    compute: Compute::Code(|encounter| {
+pub const UNROUNDED_RISK: Measure = Measure::new(
+    "risk_unrounded",
+    "unrounded risk score",
+    "",
+    Danger::Low,
+    "own",
+    |encounter| {
         let table = &encounter.thresholds().risk;
         let mean = table.mean(encounter, |value, bound| table.even(value, bound));
         Reading::Value(mean.unwrap_or(0.0))
-    }),
-};
+    },
+);
 
-pub(super) const MEASURE: Measure = Measure {
-    id: RISK,
-    name: "risk score",
-    unit: "",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "From Words to Collisions, with real bodies",
-    compute: Compute::Code(compute),
-};
+pub(super) const MEASURE: Measure = Measure::new(
+    RISK,
+    "risk score",
+    "",
+    Danger::Low,
+    "From Words to Collisions, with real bodies",
+    compute,
+);
 
 /// The risk score, 0 to 5.
 fn compute(encounter: &Encounter<'_>) -> Reading {

@@ -61,37 +61,29 @@ pub struct Lanelet {
     pub lights: Vec<i64>,
 }
 
-fn left_bound<S: Serializer>(bound: &Bound, to: S) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Left<'a> {
-        left_bound: &'a [Point],
-        left_line_marking: LineMarking,
-        #[serde(skip_serializing_if = "<[f64]>::is_empty")]
-        left_heights: &'a [f64],
-    }
-    let left = Left {
-        left_bound: &bound.points,
-        left_line_marking: bound.marking,
-        left_heights: &bound.heights,
+/// Writes a border under keys of its side.
+macro_rules! border {
+    ($bound:ident, $marking:ident, $heights:ident) => {
+        fn $bound<S: Serializer>(bound: &Bound, to: S) -> Result<S::Ok, S::Error> {
+            #[derive(Serialize)]
+            struct Side<'a> {
+                $bound: &'a [Point],
+                $marking: LineMarking,
+                #[serde(skip_serializing_if = "<[f64]>::is_empty")]
+                $heights: &'a [f64],
+            }
+            let side = Side {
+                $bound: &bound.points,
+                $marking: bound.marking,
+                $heights: &bound.heights,
+            };
+            side.serialize(to)
+        }
     };
-    left.serialize(to)
 }
 
-fn right_bound<S: Serializer>(bound: &Bound, to: S) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Right<'a> {
-        right_bound: &'a [Point],
-        right_line_marking: LineMarking,
-        #[serde(skip_serializing_if = "<[f64]>::is_empty")]
-        right_heights: &'a [f64],
-    }
-    let right = Right {
-        right_bound: &bound.points,
-        right_line_marking: bound.marking,
-        right_heights: &bound.heights,
-    };
-    right.serialize(to)
-}
+border!(left_bound, left_line_marking, left_heights);
+border!(right_bound, right_line_marking, right_heights);
 
 /// One border of a lanelet.
 #[derive(Debug, Clone, PartialEq)]

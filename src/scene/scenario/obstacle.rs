@@ -122,11 +122,7 @@ impl ObstacleParts {
     }
 
     fn states(&self) -> impl Iterator<Item = &State> {
-        let later: &[State] = match &self.prediction {
-            Prediction::Trajectory(states) => states,
-            _ => &[],
-        };
-        self.initial.iter().chain(later)
+        states(self.initial.as_ref(), &self.prediction)
     }
 }
 
@@ -218,12 +214,20 @@ impl Obstacle {
 
     /// Its recorded states, the first included.
     pub fn states(&self) -> impl Iterator<Item = &State> {
-        let later: &[State] = match &self.prediction {
-            Prediction::Trajectory(states) => states,
-            _ => &[],
-        };
-        self.initial.iter().chain(later)
+        states(self.initial.as_ref(), &self.prediction)
     }
+}
+
+/// All states, the first included.
+fn states<'a>(
+    initial: Option<&'a State>,
+    prediction: &'a Prediction,
+) -> impl Iterator<Item = &'a State> {
+    let later: &[State] = match prediction {
+        Prediction::Trajectory(states) => states,
+        _ => &[],
+    };
+    initial.into_iter().chain(later)
 }
 
 /// The footprint with the trailer turned as in the state; `None` without a trailer that turns.

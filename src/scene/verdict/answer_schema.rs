@@ -73,49 +73,30 @@ pub struct RecordingAnswer {
     pub high_risk: bool,
 }
 
-impl From<RecordingAnswer> for Verdict {
-    fn from(answer: RecordingAnswer) -> Self {
-        Self {
-            task: Task::Recording,
-            dangerous: answer.high_risk,
-            obstacles: answer.obstacles,
-            justification: answer.justification,
-            critical: answer.critical_obstacles,
-            probability: answer.probability,
-            token_probability: None,
-            unknown: Vec::new(),
+/// The verdict of an answer, whose yes or no is in this field.
+macro_rules! verdicts {
+    ($($answer:ident, $dangerous:ident, $task:expr;)+) => {$(
+        impl From<$answer> for Verdict {
+            fn from(answer: $answer) -> Self {
+                Self {
+                    task: $task,
+                    dangerous: answer.$dangerous,
+                    obstacles: answer.obstacles,
+                    justification: answer.justification,
+                    critical: answer.critical_obstacles,
+                    probability: answer.probability,
+                    token_probability: None,
+                    unknown: Vec::new(),
+                }
+            }
         }
-    }
+    )+};
 }
 
-impl From<CollisionAnswer> for Verdict {
-    fn from(answer: CollisionAnswer) -> Self {
-        Self {
-            task: Task::Collision,
-            dangerous: answer.collision,
-            obstacles: answer.obstacles,
-            justification: answer.justification,
-            critical: answer.critical_obstacles,
-            probability: answer.probability,
-            token_probability: None,
-            unknown: Vec::new(),
-        }
-    }
-}
-
-impl From<SafetyAnswer> for Verdict {
-    fn from(answer: SafetyAnswer) -> Self {
-        Self {
-            task: Task::Safety,
-            dangerous: answer.safety_critical,
-            obstacles: answer.obstacles,
-            justification: answer.justification,
-            critical: answer.critical_obstacles,
-            probability: answer.probability,
-            token_probability: None,
-            unknown: Vec::new(),
-        }
-    }
+verdicts! {
+    CollisionAnswer, collision, Task::Collision;
+    SafetyAnswer, safety_critical, Task::Safety;
+    RecordingAnswer, high_risk, Task::Recording;
 }
 
 /// The same where obstacles can only have these ids; without any, ids are free.

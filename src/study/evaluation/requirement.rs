@@ -9,7 +9,7 @@ use nearmiss_record::{Kind, columns, row};
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
 
-use super::report::{Cell, Report, configuration_name, is_called, p_value};
+use super::report::{Cell, Report, by_configuration, configuration_name, is_called, p_value};
 use super::statistics::{PairedTest, if_enough};
 use super::{Cluster, PromptConfig, Scored};
 
@@ -269,17 +269,6 @@ fn bare(configuration: &PromptConfig) -> PromptConfig {
         template: None,
         ..configuration.clone()
     }
-}
-
-fn by_configuration(scored: &[Scored]) -> BTreeMap<&PromptConfig, Vec<&Scored>> {
-    let mut configurations: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
-    for one in scored {
-        configurations
-            .entry(&one.configuration)
-            .or_default()
-            .push(one);
-    }
-    configurations
 }
 
 fn compared(

@@ -18,44 +18,40 @@ impl ToolError {
     }
 }
 
-/// The id of an obstacle.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ObstacleId(pub i64);
+/// An id, and what is expected where there is none.
+macro_rules! ids {
+    ($($(#[$of:meta])* $name:ident, $read:expr, $expected:literal;)+) => {$(
+        $(#[$of])*
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        pub struct $name(pub i64);
 
-impl FieldValue for ObstacleId {
-    fn read(value: &Toml, _: &Takes) -> Result<Self, Wrong> {
-        parse_id(value).map(Self).ok_or(Wrong::kind())
-    }
+        impl FieldValue for $name {
+            fn read(value: &Toml, _: &Takes) -> Result<Self, Wrong> {
+                $read(value).map(Self).ok_or(Wrong::kind())
+            }
 
-    fn write(&self) -> Option<Toml> {
-        Some(self.0.into())
-    }
+            fn write(&self) -> Option<Toml> {
+                Some(self.0.into())
+            }
 
-    fn describe(_: &Takes) -> (String, Value) {
-        let expected = "the id of an obstacle, such as 304".into();
-        (expected, json!({ "type": "integer" }))
-    }
+            fn describe(_: &Takes) -> (String, Value) {
+                ($expected.into(), json!({ "type": "integer" }))
+            }
+        }
+    )+};
 }
 
-/// The id of an obstacle, or 0 for the ego.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ParticipantId(pub i64);
+ids! {
+    /// The id of an obstacle.
+    ObstacleId, parse_id, "the id of an obstacle, such as 304";
+    /// The id of an obstacle, or 0 for the ego.
+    ParticipantId, parse_participant, "the id of an obstacle, or 0 for the ego";
+}
 
-impl FieldValue for ParticipantId {
-    fn read(value: &Toml, _: &Takes) -> Result<Self, Wrong> {
-        match value.as_str().map(str::trim) {
-            Some("ego") => Ok(Self(0)),
-            _ => parse_id(value).map(Self).ok_or(Wrong::kind()),
-        }
-    }
-
-    fn write(&self) -> Option<Toml> {
-        Some(self.0.into())
-    }
-
-    fn describe(_: &Takes) -> (String, Value) {
-        let expected = "the id of an obstacle, or 0 for the ego".into();
-        (expected, json!({ "type": "integer" }))
+fn parse_participant(value: &Toml) -> Option<i64> {
+    match value.as_str().map(str::trim) {
+        Some("ego") => Some(0),
+        _ => parse_id(value),
     }
 }
 

@@ -2,209 +2,18 @@
 
 use super::{Entry, Scope};
 
-/// A user action, described in [`ACTIONS`].
-#[allow(missing_docs, reason = "the table has a sentence for each")]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Action {
-    Quit,
-    Cancel,
-    Help,
-    About,
-    Palette,
-    PickTheme,
-    NextPane,
-    PreviousPane,
-    Zoom,
-    WidenPane,
-    NarrowPane,
-    TallerPane,
-    LowerPane,
-    EvenPanes,
-    FocusLeft,
-    FocusDown,
-    FocusUp,
-    FocusRight,
-    Up,
-    Down,
-    PageUp,
-    PageDown,
-    Top,
-    Bottom,
-    Choose,
-    Filter,
-    StepForward,
-    StepBack,
-    JumpForward,
-    JumpBack,
-    FirstStep,
-    LastStep,
-    Play,
-    Faster,
-    Slower,
-    MinimumStep,
-    CollisionStep,
-    ContactStep,
-    PlaceBack,
-    PlaceForward,
-    PaneMain,
-    NextDifference,
-    NextDisagreement,
-    Loop,
-    HeatStrips,
-    GroupScenarios,
-    TurnOrder,
-    EditTags,
-    ZoomIn,
-    ZoomOut,
-    PanLeft,
-    PanRight,
-    PanUp,
-    PanDown,
-    Follow,
-    EgoUp,
-    FitMap,
-    SplitMap,
-    DriverMap,
-    PinMoment,
-    MomentBack,
-    MomentForward,
-    TakeTape,
-    SwapTape,
-    NextPaths,
-    Layers,
-    Details,
-    PlotMeasure,
-    Values,
-    ReadThresholds,
-    SortScenarios,
-    Mark,
-    NextObstacle,
-    PreviousObstacle,
-    TakeAsEgo,
-    RecordedEgo,
-    DrivePlanner,
-    NextForecast,
-    NextPlanner,
-    PlannerCycle,
-    Drivers,
-    NextDriver,
-    PlotDrives,
-    SaveDrive,
-    Generate,
-    GenerateWith,
-    /// Search for an attack that words describe.
-    GenerateWish,
-    ModelAttacks,
-    ModelAttacksWith,
-    SwitchVariant,
-    VariantPanel,
-    SaveVariant,
-    ToggleTask,
-    ToggleFrame,
-    ToggleCp,
-    ToggleCot,
-    ToggleIcl,
-    ToggleTools,
-    PromptView,
-    Edit,
-    DiscardDraft,
-    RereadTemplates,
-    Run,
-    RunAnew,
-    Compare,
-    SavePicture,
-    ChooseModel,
-    NextAnswer,
-    PreviousAnswer,
-    CloseAnswer,
-    NextClaim,
-    PreviousClaim,
-    CompareScreen,
-    BlindMode,
-    CompareLeft,
-    CompareRight,
-    LinkScrolling,
-    MoreColumns,
-    FewerColumns,
-    BestFirst,
-    BestSecond,
-    BestThird,
-    BestFourth,
-    RateTie,
-    RateAllWrong,
-    MarkWrong,
-    NextRound,
-    Ratings,
-    Copy,
-    Mouse,
-    Suspend,
-    History,
-    TaskList,
-    Results,
-    CellLeft,
-    CellRight,
-    OpenCell,
-    ChooseCounted,
-    ChangeTruth,
-    SortResults,
-    ExportResults,
-    MarkScenario,
-    UnmarkScenarios,
-    AskMarked,
-    ReopenRun,
-    SearchRuns,
-    PinRun,
-    DeleteRun,
-    UndoDelete,
-    NoteRun,
-    CopyRun,
-    ExportRuns,
-    OtherHalf,
-    CancelJob,
-    CancelAllJobs,
-    ShowJob,
-    OutsideEditor,
-    ChooseTemplate,
-    Source,
-    EditDone,
-    SaveTemplate,
-    SaveTemplateAs,
-    Find,
-    GoToLine,
-    Turn,
-    Undo,
-    Redo,
-    Cut,
-    CopySelection,
-    PasteCopied,
-    SelectAll,
-    Accept,
-    SavedViews,
-    RawAnswer,
-    UnfoldJson,
-    Experiment,
-    NewExperiment,
-    RunExperiment,
-    StopExperiment,
-    ExperimentResults,
-    EditExperiment,
-    ExperimentText,
-    ExperimentPart,
-    RereadExperiment,
-    Coverage,
-    ChooseIndex,
-    CoverageLeft,
-    CoverageRight,
-    OpenCoverage,
-    NextSeverity,
-    CoverageWindows,
-}
-
+/// The table: an action where it first stands, and with `^` where it holds in another scope, too.
 macro_rules! table {
-    ($($action:ident, $scope:ident, $id:literal, $($key:literal)|+, $footer:literal, $short:literal, $doc:literal;)+) => {
+    ($($(^ $again:ident)? $($action:ident)?, $scope:ident, $id:literal, $($key:literal)|+, $footer:literal, $short:literal, $doc:literal;)+) => {
+        /// A user action, described in [`ACTIONS`].
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Action {
+            $($(#[doc = $doc] $action,)?)+
+        }
+
         /// Every action.
         pub const ACTIONS: &[Entry] = &[$(Entry {
-            action: Action::$action, id: $id, short: $short, doc: $doc, scope: Scope::$scope,
+            action: Action::$($again)? $($action)?, id: $id, short: $short, doc: $doc, scope: Scope::$scope,
             keys: &[$($key),*], footer: $footer,
         }),+];
     };
@@ -336,27 +145,27 @@ table! {
     PanUp, Map, "pan-up", "k" | "up", 0, "up", "Move the map's view, or the end of the tape, up.";
     PanRight, Map, "pan-right", "l", 0, "right", "Move the map's view, or the end of the tape, to the right.";
     SwapTape, Map, "swap-tape", "enter", 0, "details", "Show the details of the picked obstacle; with the tape out, move its other end.";
-    Up, Text, "up", "up" | "k", 0, "up", "A line up.";
-    Down, Text, "down", "down" | "j", 0, "down", "A line down.";
-    PageUp, Text, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
-    PageDown, Text, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
-    Top, Text, "top", "g g", 0, "top", "To the beginning.";
-    Bottom, Text, "bottom", "shift-g" | "g e", 0, "bottom", "To the end; new text is followed from there.";
+    ^Up, Text, "up", "up" | "k", 0, "up", "A line up.";
+    ^Down, Text, "down", "down" | "j", 0, "down", "A line down.";
+    ^PageUp, Text, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
+    ^PageDown, Text, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
+    ^Top, Text, "top", "g g", 0, "top", "To the beginning.";
+    ^Bottom, Text, "bottom", "shift-g" | "g e", 0, "bottom", "To the end; new text is followed from there.";
     PaneMain, Text, "main", "enter", 0, "edit, compare, next claim", "The main thing of the pane: edit the prompt, compare the verdicts, go to the next claim.";
-    PaneMain, Plot, "main", "enter", 0, "measure", "Choose the measure that is plotted.";
-    Up, Window, "up", "up" | "k", 0, "up", "A line up.";
-    Down, Window, "down", "down" | "j", 0, "down", "A line down.";
-    PageUp, Window, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
-    PageDown, Window, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
-    Top, Window, "top", "g g", 0, "top", "To the beginning.";
-    Bottom, Window, "bottom", "shift-g" | "g e", 0, "bottom", "To the end.";
+    ^PaneMain, Plot, "main", "enter", 0, "measure", "Choose the measure that is plotted.";
+    ^Up, Window, "up", "up" | "k", 0, "up", "A line up.";
+    ^Down, Window, "down", "down" | "j", 0, "down", "A line down.";
+    ^PageUp, Window, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
+    ^PageDown, Window, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
+    ^Top, Window, "top", "g g", 0, "top", "To the beginning.";
+    ^Bottom, Window, "bottom", "shift-g" | "g e", 0, "bottom", "To the end.";
     Accept, Window, "accept", "enter", 0, "accept", "Switch the selected line, or confirm.";
-    Up, History, "up", "up" | "k", 0, "up", "The newer run; or a line up in the details.";
-    Down, History, "down", "down" | "j", 0, "down", "The older run; or a line down in the details.";
-    PageUp, History, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
-    PageDown, History, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
-    Top, History, "top", "g g" | "home", 0, "newest", "The newest run; or the beginning of the details.";
-    Bottom, History, "bottom", "shift-g" | "g e" | "end", 0, "oldest", "The oldest run; or the end of the details.";
+    ^Up, History, "up", "up" | "k", 0, "up", "The newer run; or a line up in the details.";
+    ^Down, History, "down", "down" | "j", 0, "down", "The older run; or a line down in the details.";
+    ^PageUp, History, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
+    ^PageDown, History, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
+    ^Top, History, "top", "g g" | "home", 0, "newest", "The newest run; or the beginning of the details.";
+    ^Bottom, History, "bottom", "shift-g" | "g e" | "end", 0, "oldest", "The oldest run; or the end of the details.";
     ReopenRun, History, "reopen-run", "enter", 1, "reopen", "Open the run's scenario at its window, asked in the same way, with its answer.";
     SearchRuns, History, "search-runs", "/", 2, "search", "Search by words and filters: model: scenario: task: verdict: state: origin: batch: since: before: pinned deleted.";
     OtherHalf, History, "other-half", "tab" | "backtab", 3, "details", "Switch between the list and the details.";
@@ -366,67 +175,67 @@ table! {
     NoteRun, History, "note-run", "n", 7, "note", "Write a note on the run; the search finds notes too.";
     CopyRun, History, "copy-run", "y", 8, "copy", "Copy the run's answer, with its reasoning, to the clipboard of the terminal.";
     ExportRuns, History, "export-runs", "e", 9, "export", "Export the listed runs to a file, as JSON lines.";
-    Up, Jobs, "up", "up" | "k", 0, "up", "The task above.";
-    Down, Jobs, "down", "down" | "j", 0, "down", "The task below.";
+    ^Up, Jobs, "up", "up" | "k", 0, "up", "The task above.";
+    ^Down, Jobs, "down", "down" | "j", 0, "down", "The task below.";
     CancelJob, Jobs, "cancel-task", "x" | "delete", 1, "cancel", "Cancel the selected task; a batch first stops sending, and a second press cancels what is running.";
     CancelAllJobs, Jobs, "cancel-tasks", "shift-x", 2, "cancel all", "Cancel everything that runs.";
     ShowJob, Jobs, "show-task", "enter", 3, "show runs", "Show the runs of the selected batch in the history.";
-    Up, Results, "up", "up" | "k", 0, "up", "The row or the answer above.";
-    Down, Results, "down", "down" | "j", 0, "down", "The row or the answer below.";
-    PageUp, Results, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
-    PageDown, Results, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
-    Top, Results, "top", "g g" | "home", 0, "first", "The first row or answer.";
-    Bottom, Results, "bottom", "shift-g" | "g e" | "end", 0, "last", "The last row or answer.";
+    ^Up, Results, "up", "up" | "k", 0, "up", "The row or the answer above.";
+    ^Down, Results, "down", "down" | "j", 0, "down", "The row or the answer below.";
+    ^PageUp, Results, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
+    ^PageDown, Results, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
+    ^Top, Results, "top", "g g" | "home", 0, "first", "The first row or answer.";
+    ^Bottom, Results, "bottom", "shift-g" | "g e" | "end", 0, "last", "The last row or answer.";
     CellLeft, Results, "cell-left", "left" | "h", 2, "cell", "The number on the left.";
     CellRight, Results, "cell-right", "right" | "l", 2, "cell", "The number on the right.";
     OpenCell, Results, "open-cell", "enter", 1, "open", "List the answers behind the number; open the scenario of an answer, asked in the same way.";
     ChooseCounted, Results, "choose-counted", "b", 3, "which answers", "Choose which answers are counted: those of a batch, or all.";
     EditDone, Editor, "edit-done", "esc", 1, "done", "Leave the editor; the draft stays in use. In vim's modes, first back to normal.";
-    Run, Editor, "run", "alt-r" | "ctrl-enter", 1, "ask", "Ask the chosen model with the draft; what changed stands beside the editor.";
+    ^Run, Editor, "run", "alt-r" | "ctrl-enter", 1, "ask", "Ask the chosen model with the draft; what changed stands beside the editor.";
     SaveTemplate, Editor, "save-template", "ctrl-s", 2, "save", "Save the template in your prompts folder.";
     SaveTemplateAs, Editor, "save-as", "ctrl-a" | "alt-s", 8, "save as", "Save it under a new name, and use that for the task and frame.";
     Find, Editor, "find", "ctrl-f" | "alt-/", 3, "find", "Find a word; again for the next one, up for the one before.";
     Undo, Editor, "undo", "ctrl-z" | "alt-z", 9, "undo", "Undo the last change.";
     Redo, Editor, "redo", "ctrl-y" | "alt-y", 10, "redo", "Redo it.";
     Turn, Editor, "beside", "ctrl-o" | "alt-o", 4, "side pane", "Side pane: rendered prompt, description, diff, answer; in a narrow terminal in place of the editor.";
-    OutsideEditor, Editor, "external-editor", "ctrl-e" | "alt-e", 11, "$EDITOR", "Continue in $VISUAL or $EDITOR.";
+    ^OutsideEditor, Editor, "external-editor", "ctrl-e" | "alt-e", 11, "$EDITOR", "Continue in $VISUAL or $EDITOR.";
     GoToLine, Editor, "go-to-line", "ctrl-g" | "alt-g", 12, "line", "Go to a line by its number.";
-    ToggleTask, Editor, "task", "alt-t" | "f2", 5, "task, frame", "Switch the task, and the template with it.";
-    ToggleFrame, Editor, "frame", "alt-f" | "f3", 5, "task, frame", "Switch to the next frame, and to its template.";
-    ToggleCp, Editor, "cp", "alt-1" | "f4", 6, "cp cot icl", "Contextual prompting on or off.";
-    ToggleCot, Editor, "cot", "alt-2" | "f5", 6, "cp cot icl", "Chain of thought on or off.";
-    ToggleIcl, Editor, "icl", "alt-3" | "f6", 6, "cp cot icl", "In-context examples on or off.";
-    Up, Editor, "up", "alt-up", 7, "scroll side pane", "A line up in the side pane.";
-    Down, Editor, "down", "alt-down", 7, "scroll side pane", "A line down there.";
-    PageUp, Editor, "page-up", "alt-pageup", 0, "page up", "A page up there.";
-    PageDown, Editor, "page-down", "alt-pagedown", 0, "page down", "A page down there.";
-    Help, Editor, "help", "f1", 13, "help", "The keys, those of the editor first.";
+    ^ToggleTask, Editor, "task", "alt-t" | "f2", 5, "task, frame", "Switch the task, and the template with it.";
+    ^ToggleFrame, Editor, "frame", "alt-f" | "f3", 5, "task, frame", "Switch to the next frame, and to its template.";
+    ^ToggleCp, Editor, "cp", "alt-1" | "f4", 6, "cp cot icl", "Contextual prompting on or off.";
+    ^ToggleCot, Editor, "cot", "alt-2" | "f5", 6, "cp cot icl", "Chain of thought on or off.";
+    ^ToggleIcl, Editor, "icl", "alt-3" | "f6", 6, "cp cot icl", "In-context examples on or off.";
+    ^Up, Editor, "up", "alt-up", 7, "scroll side pane", "A line up in the side pane.";
+    ^Down, Editor, "down", "alt-down", 7, "scroll side pane", "A line down there.";
+    ^PageUp, Editor, "page-up", "alt-pageup", 0, "page up", "A page up there.";
+    ^PageDown, Editor, "page-down", "alt-pagedown", 0, "page down", "A page down there.";
+    ^Help, Editor, "help", "f1", 13, "help", "The keys, those of the editor first.";
     Cut, Editor, "cut", "ctrl-x", 0, "cut", "Cut the selection, also to the terminal's clipboard (OSC 52).";
     CopySelection, Editor, "copy-selection", "alt-w", 0, "copy", "Copy the selection; Ctrl-C does it too while something is selected.";
     PasteCopied, Editor, "paste", "ctrl-v", 0, "paste", "Paste what was cut or copied here.";
     SelectAll, Editor, "select-all", "alt-a", 0, "all", "Select everything; Shift with a motion selects on the way.";
-    Cancel, Compare, "cancel", "esc", 6, "close", "Close the screen, or what is open over it.";
-    CompareScreen, Compare, "compare-screen", "shift-c", 0, "close", "Close the screen.";
+    ^Cancel, Compare, "cancel", "esc", 6, "close", "Close the screen, or what is open over it.";
+    ^CompareScreen, Compare, "compare-screen", "shift-c", 0, "close", "Close the screen.";
     CompareLeft, Compare, "compare-left", "left" | "h" | "backtab", 7, "column", "Go to the column on the left.";
     CompareRight, Compare, "compare-right", "right" | "l" | "tab", 7, "column", "Go to the column on the right.";
-    Up, Compare, "up", "up" | "k", 0, "up", "A line up, in all columns where they are linked.";
-    Down, Compare, "down", "down" | "j", 0, "down", "A line down.";
-    PageUp, Compare, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
-    PageDown, Compare, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
-    Top, Compare, "top", "g g" | "home", 0, "top", "To the beginning.";
-    Bottom, Compare, "bottom", "shift-g" | "g e" | "end", 0, "bottom", "To the end; new text is followed from there.";
+    ^Up, Compare, "up", "up" | "k", 0, "up", "A line up, in all columns where they are linked.";
+    ^Down, Compare, "down", "down" | "j", 0, "down", "A line down.";
+    ^PageUp, Compare, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
+    ^PageDown, Compare, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
+    ^Top, Compare, "top", "g g" | "home", 0, "top", "To the beginning.";
+    ^Bottom, Compare, "bottom", "shift-g" | "g e" | "end", 0, "bottom", "To the end; new text is followed from there.";
     LinkScrolling, Compare, "link-scrolling", "s", 12, "link", "Link or unlink the scrolling of the columns.";
-    PreviousAnswer, Compare, "previous-answer", "[", 9, "answer", "The previous answer in this column.";
-    NextAnswer, Compare, "next-answer", "]", 9, "answer", "The next answer in this column.";
+    ^PreviousAnswer, Compare, "previous-answer", "[", 9, "answer", "The previous answer in this column.";
+    ^NextAnswer, Compare, "next-answer", "]", 9, "answer", "The next answer in this column.";
     MoreColumns, Compare, "more-columns", "+" | "=", 11, "columns", "Add a column.";
     FewerColumns, Compare, "fewer-columns", "-", 11, "columns", "Remove this column.";
-    NextClaim, Compare, "next-claim", "n" | ")", 5, "claim", "Go to the next claim, wrong ones first: its obstacle is picked, linked columns scroll to it, the clock goes to its step.";
-    PreviousClaim, Compare, "previous-claim", "shift-n" | "(", 5, "claim", "Previous claim.";
-    PreviousObstacle, Compare, "previous-obstacle", "{", 12, "obstacle", "Pick the previous obstacle that an answer speaks of.";
-    NextObstacle, Compare, "next-obstacle", "}", 12, "obstacle", "Pick the next obstacle that an answer speaks of; linked columns scroll to where they do.";
-    StepBack, Compare, "step-back", ",", 0, "step", "One time step back.";
-    StepForward, Compare, "step-forward", ".", 0, "step", "One time step forward.";
-    BlindMode, Compare, "blind", "shift-b", 8, "blind", "Hide the models and shuffle the answers, or show them again.";
+    ^NextClaim, Compare, "next-claim", "n" | ")", 5, "claim", "Go to the next claim, wrong ones first: its obstacle is picked, linked columns scroll to it, the clock goes to its step.";
+    ^PreviousClaim, Compare, "previous-claim", "shift-n" | "(", 5, "claim", "Previous claim.";
+    ^PreviousObstacle, Compare, "previous-obstacle", "{", 12, "obstacle", "Pick the previous obstacle that an answer speaks of.";
+    ^NextObstacle, Compare, "next-obstacle", "}", 12, "obstacle", "Pick the next obstacle that an answer speaks of; linked columns scroll to where they do.";
+    ^StepBack, Compare, "step-back", ",", 0, "step", "One time step back.";
+    ^StepForward, Compare, "step-forward", ".", 0, "step", "One time step forward.";
+    ^BlindMode, Compare, "blind", "shift-b", 8, "blind", "Hide the models and shuffle the answers, or show them again.";
     BestFirst, Compare, "best-1", "1", 1, "best", "The first answer is the best.";
     BestSecond, Compare, "best-2", "2", 1, "best", "The second answer is the best.";
     BestThird, Compare, "best-3", "3", 1, "best", "The third answer is the best.";
@@ -436,9 +245,9 @@ table! {
     MarkWrong, Compare, "mark-wrong", "w", 10, "wrong", "Mark the answer of this column as wrong, with a reason; again unmarks it.";
     NextRound, Compare, "next-round", "enter", 4, "next", "In blind mode: the next answers, or the next scenario.";
     Ratings, Compare, "ratings", "shift-s", 13, "ratings", "Totals of the ratings.";
-    SavePicture, Compare, "picture", "o", 0, "picture", "Save a picture of the screen, the map or the plot.";
-    Help, Compare, "help", "?" | "f1", 14, "help", "The keys, those of the focused pane first.";
-    Quit, Compare, "quit", "q" | "ctrl-q", 0, "close", "Close the screen.";
+    ^SavePicture, Compare, "picture", "o", 0, "picture", "Save a picture of the screen, the map or the plot.";
+    ^Help, Compare, "help", "?" | "f1", 14, "help", "The keys, those of the focused pane first.";
+    ^Quit, Compare, "quit", "q" | "ctrl-q", 0, "close", "Close the screen.";
     ChangeTruth, Results, "change-truth", "t", 4, "truth", "Compare with another truth: labels, exact geometry of recordings, or the built-in judge where there are no labels.";
     SortResults, Results, "sort-results", "s", 5, "sort", "Sort by the selected column; again, the other way around; once more, by prompt.";
     ExportResults, Results, "export-results", "e", 6, "export", "Write the table as CSV and as JSON lines into the folder that pictures go to.";
@@ -447,32 +256,32 @@ table! {
     SavedViews, Global, "saved-views", "space l v", 0, "views", "Save the filter, order and grouping of the list under a name, or choose a saved view.";
     Experiment, Global, "experiment", "space o e", 0, "experiment", "Open an experiment file, or write a new one from the marked scenarios.";
     NewExperiment, Global, "new-experiment", "space a n", 0, "new experiment", "Write an experiment file that asks the chosen model about the marked or listed scenarios as the workbench would, and open it.";
-    Up, Experiment, "up", "up" | "k", 0, "up", "A line up.";
-    Down, Experiment, "down", "down" | "j", 0, "down", "A line down.";
-    PageUp, Experiment, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
-    PageDown, Experiment, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
-    Top, Experiment, "top", "g g" | "home", 0, "top", "To the beginning.";
-    Bottom, Experiment, "bottom", "shift-g" | "end", 0, "bottom", "To the end.";
+    ^Up, Experiment, "up", "up" | "k", 0, "up", "A line up.";
+    ^Down, Experiment, "down", "down" | "j", 0, "down", "A line down.";
+    ^PageUp, Experiment, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
+    ^PageDown, Experiment, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
+    ^Top, Experiment, "top", "g g" | "home", 0, "top", "To the beginning.";
+    ^Bottom, Experiment, "bottom", "shift-g" | "end", 0, "bottom", "To the end.";
     RunExperiment, Experiment, "run-experiment", "r", 1, "run", "Ask what is open, after a yes to the cost; a batch that was begun before goes on.";
     StopExperiment, Experiment, "stop-experiment", "x" | "delete", 2, "stop", "Send no new requests; again cancels those already sent.";
     ExperimentResults, Experiment, "experiment-results", "enter", 3, "results", "The results of its batch; a test split stays locked until it is complete.";
     EditExperiment, Experiment, "edit-experiment", "e" | "ctrl-e", 4, "edit", "Edit the file in $VISUAL or $EDITOR; it is read again afterwards.";
-    Experiment, Experiment, "experiment", "o", 8, "open", "Open another experiment, or write a new one.";
+    ^Experiment, Experiment, "experiment", "o", 8, "open", "Open another experiment, or write a new one.";
     ExperimentText, Experiment, "experiment-text", "t", 5, "TOML", "Show the text of the file, or what it says.";
     ExperimentPart, Experiment, "experiment-part", "p", 6, "dev/test", "Ask both parts of the split, only dev, or only test.";
     RereadExperiment, Experiment, "reread-experiment", "shift-r", 7, "reread", "Read the file again and count anew.";
     Coverage, Global, "coverage", "space l c", 0, "coverage", "The coverage map of the index: windows by manoeuvre, road and severity, and those asked about.";
     ChooseIndex, Global, "index", "space l i", 0, "index", "Choose the index of a corpus, whose terms filter the list; `:index FOLDER` reads one at once.";
-    Up, Coverage, "up", "up" | "k", 1, "cell", "The manoeuvre above, or the window above.";
-    Down, Coverage, "down", "down" | "j", 1, "cell", "The manoeuvre below, or the window below.";
+    ^Up, Coverage, "up", "up" | "k", 1, "cell", "The manoeuvre above, or the window above.";
+    ^Down, Coverage, "down", "down" | "j", 1, "cell", "The manoeuvre below, or the window below.";
     CoverageLeft, Coverage, "cell-left", "left" | "h", 1, "cell", "The road on the left.";
     CoverageRight, Coverage, "cell-right", "right" | "l", 1, "cell", "The road on the right.";
-    PageUp, Coverage, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
-    PageDown, Coverage, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
-    Top, Coverage, "top", "g g" | "home", 0, "first", "The first manoeuvre, or the worst window.";
-    Bottom, Coverage, "bottom", "shift-g" | "g e" | "end", 0, "last", "All manoeuvres, or the last window.";
+    ^PageUp, Coverage, "page-up", "pageup" | "ctrl-u", 0, "page up", "A page up.";
+    ^PageDown, Coverage, "page-down", "pagedown" | "ctrl-d", 0, "page down", "A page down.";
+    ^Top, Coverage, "top", "g g" | "home", 0, "first", "The first manoeuvre, or the worst window.";
+    ^Bottom, Coverage, "bottom", "shift-g" | "g e" | "end", 0, "last", "All manoeuvres, or the last window.";
     OpenCoverage, Coverage, "open-cell", "enter", 2, "filter", "Filter the list to the cell; on a window, open it at its worst step.";
     CoverageWindows, Coverage, "cell-windows", "tab" | "backtab", 3, "windows", "Go to the worst windows of the cell, or back to the table.";
     NextSeverity, Coverage, "next-severity", "s", 4, "severity", "Count windows of the next severity alone, or of all.";
-    ChooseIndex, Coverage, "index", "i", 5, "index", "Choose another index, or read this one again.";
+    ^ChooseIndex, Coverage, "index", "i", 5, "index", "Choose another index, or read this one again.";
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry, ToolLimits};
+use nearmiss_ask::llm::{Environment, Registry, ToolLimits};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{ExternalPlanner, Settings};
 use nearmiss_formats::EgoSelection;
@@ -17,8 +17,8 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judge;
-use nearmiss_workflow::Models;
 use nearmiss_workflow::batch::BatchControl;
+use nearmiss_workflow::{Models, parameters};
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
@@ -191,18 +191,6 @@ impl Services {
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
-    }
-}
-
-/// Request parameters beside the messages; tools are switched while the workbench runs.
-fn parameters(config: &Config) -> Parameters {
-    Parameters {
-        temperature: config.temperature,
-        max_tokens: config.max_tokens,
-        seed: None,
-        effort: config.effort.as_deref().and_then(Effort::parse),
-        log_probabilities: config.log_probabilities,
-        tools: None,
     }
 }
 

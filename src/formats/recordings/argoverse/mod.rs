@@ -14,7 +14,7 @@ use super::assembly::{self, About, Ids, Map, assemble};
 use super::{Report, whole_file};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::dispatch::{Address, Applies, Format, Parts};
+use crate::dispatch::{Address, Applies, Format};
 use crate::recordings::assembly::{RecordedTrack, TrackState, signed_speed};
 use crate::recordings::rows;
 use table::{Table, Text};
@@ -44,10 +44,6 @@ impl Format for Argoverse {
             Some(_) => Applies::Nothing,
             None => Applies::All,
         }
-    }
-
-    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
-        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {

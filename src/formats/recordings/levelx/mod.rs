@@ -16,7 +16,7 @@ use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
 
 use super::assembly::{self, About, Ids, Map, RecordedTrack, assemble};
 use super::windows::{LongRecording, WindowRequest};
-use super::{Report, windows};
+use super::{Report, report_of, windows};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
@@ -46,13 +46,8 @@ impl Format for LevelX {
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
-        let Address { file, part } = address;
-        let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
-        let report = Report::about(format!("{}{shown}", file.display()));
-        let wanted = part
-            .as_ref()
-            .map(|p| WindowRequest::parse(p, &report))
-            .transpose()?;
+        let (file, report) = (&address.file, report_of(address));
+        let wanted = WindowRequest::of(address, &report)?;
         let recorded = cached_recording(file)?;
         if wanted.is_none() && recorded.is_long() {
             let first = recorded.tracks.first_key_value();
@@ -94,14 +89,11 @@ fn long_recording(recorded: &Recorded, report: Report) -> Result<LongRecording, 
             &mut Vec::new(),
         ));
     }
-    let about = About {
-        source: recorded.recording.kind.source(),
-        benchmark_id: recorded.recording.kind.prefix().to_string(),
-        time_step_size: every as f64 / rate,
-        tags: Vec::new(),
-        ego: None,
-        hash: ContentHash::digest(b""),
-    };
+    let about = About::bare(
+        recorded.recording.kind.source(),
+        recorded.recording.kind.prefix(),
+        every as f64 / rate,
+    );
     let scenario = assemble(report, about, Map::default(), tracks)?;
     Ok(LongRecording::new(scenario, names, first as f64 / rate))
 }

@@ -18,7 +18,7 @@ use nearmiss_scene::scenario::{ContentHash, Scenario};
 
 use super::assembly::{About, Ids, Map, RecordedTrack, assemble};
 use super::windows::{LongRecording, WindowRequest};
-use super::{Leftovers, Report, windows};
+use super::{Leftovers, Report, report_of, windows};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
@@ -61,8 +61,7 @@ impl Format for NuPlan {
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
         let Address { file, part } = address;
         log::check(file)?;
-        let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
-        let report = Report::about(format!("{}{shown}", file.display()));
+        let report = report_of(address);
         let log = log::open_log(file)?;
         let database = Database::open(file)?;
         let part = match part {
@@ -107,14 +106,7 @@ fn long_recording(path: &Path, log: &Log, report: Report) -> Result<LongRecordin
     }
     tracks.extend(stretches.into_values());
     tracks.sort_by_key(|track| track.id);
-    let about = About {
-        source: SOURCE,
-        benchmark_id: "ZAM_Nuplan".into(),
-        time_step_size: time_step,
-        tags: Vec::new(),
-        ego: None,
-        hash: ContentHash::digest(b""),
-    };
+    let about = About::bare(SOURCE, "ZAM_Nuplan", time_step);
     let steps = 0..clock.last() + 1;
     let scenario = assemble(report, about, Map::default(), tracks)?;
     Ok(LongRecording::of_recorder(scenario, names, 0.0, steps))

@@ -24,7 +24,7 @@ use super::opendrive::tree::{self, Node};
 use super::{Report, named_file, opendrive, whole_file};
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::{ReadError, beginning, read};
-use crate::dispatch::{Address, Format, Parts};
+use crate::dispatch::{Address, Format};
 use crate::opendrive::signals::{signal_keys, speed_limit};
 use crate::openscenario::DOCUMENT;
 use crate::recordings::opendrive::KeptSigns;
@@ -48,10 +48,6 @@ impl Format for OpenScenario {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
         let text = beginning(head);
         text.contains("<OpenSCENARIO") || text.contains("<OpenDRIVE")
-    }
-
-    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
-        Ok(Parts::One)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {

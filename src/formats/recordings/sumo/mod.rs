@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use super::assembly::{About, Ids, Map, RecordedTrack, TrackState, assemble};
 use super::windows::{LongRecording, WindowRequest};
-use super::{Report, rows, windows};
+use super::{Report, report_of, rows, windows};
 use crate::commonroad::ReadError;
 use crate::dispatch::{Address, Format, Parts};
 use fcd::{Recorded, Vehicle, VehicleAtStep};
@@ -55,13 +55,8 @@ impl Format for Sumo {
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
-        let Address { file, part } = address;
-        let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
-        let report = Report::about(format!("{}{shown}", file.display()));
-        let wanted = part
-            .as_ref()
-            .map(|p| WindowRequest::parse(p, &report))
-            .transpose()?;
+        let (file, report) = (&address.file, report_of(address));
+        let wanted = WindowRequest::of(address, &report)?;
         let (recorded, hashed) = &*read(file)?;
         if wanted.is_none() && is_long(recorded) {
             let first = recorded.vehicles.first();
@@ -125,14 +120,7 @@ fn long_recording(
             track(id, types.get(&vehicle.kind), states, &placement)
         })
         .collect();
-    let about = About {
-        source: SOURCE,
-        benchmark_id: "ZAM_Sumo".into(),
-        time_step_size: recorded.time_step() * every as f64,
-        tags: Vec::new(),
-        ego: None,
-        hash: ContentHash::digest(b""),
-    };
+    let about = About::bare(SOURCE, "ZAM_Sumo", recorded.time_step() * every as f64);
     let scenario = assemble(report, about, Map::default(), tracks)?;
     Ok(LongRecording::new(scenario, names, recorded.start()))
 }

@@ -36,7 +36,7 @@ use nearmiss_scene::scenario::{HashedBeginning, Scenario};
 
 use super::assembly::{self, Ids};
 use super::openscenario::EGOS;
-use super::{Leftovers, Report, esmini};
+use super::{Leftovers, Report, esmini, report_of};
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::{ReadError, beginning_of_file};
 use crate::dispatch::{Address, Applies, Format, HEAD, Parts};
@@ -669,12 +669,6 @@ impl Table {
             leftovers,
         )
     }
-}
-
-fn report_of(address: &Address) -> Report {
-    let shown = address.part.as_ref();
-    let shown = shown.map_or_else(String::new, |part| format!("#{part}"));
-    Report::about(format!("{}{shown}", address.file.display()))
 }
 
 /// The source of scenarios from a table that no data set is known for.

@@ -72,14 +72,7 @@ impl Table {
             names.insert(recorded.id, track.name.clone());
             tracks.push(recorded);
         }
-        let about = About {
-            source: self.about.source,
-            benchmark_id: "ZAM_Tracks".into(),
-            time_step_size: dt * every as f64,
-            tags: Vec::new(),
-            ego: None,
-            hash: ContentHash::digest(b""),
-        };
+        let about = About::bare(self.about.source, "ZAM_Tracks", dt * every as f64);
         let scenario = assemble(report, about, Map::default(), tracks)?;
         Ok(LongRecording::new(scenario, names, self.recorded.start))
     }

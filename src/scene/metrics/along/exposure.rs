@@ -18,7 +18,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Danger, Encounter, Measure, Reading};
 use super::following;
 use crate::metrics::Context;
 use crate::metrics::limits::Madr;
@@ -62,21 +62,21 @@ impl Exposure {
     }
 }
 
-pub(in crate::metrics) const CRASH_POTENTIAL: Measure = Measure {
-    id: "cpi",
-    name: "crash potential index",
-    unit: "",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "mean probability from now on that DRAC exceeds the brakes (Cunto and Saccomanno 2008)",
-    compute: Compute::Code(crash_potential),
-};
-
-fn crash_potential(encounter: &Encounter<'_>) -> Reading {
+/// What the steps from now on sum up to.
+fn of_exposure(encounter: &Encounter<'_>, sum: fn(&Exposure) -> f64) -> Reading {
     let exposure = encounter.ask(|c, other, index| c.exposure(other, index));
-    exposure.map(|e| e.crash / f64::from(e.steps.max(1))).into()
+    exposure.map(|exposure| sum(&exposure)).into()
 }
+
+pub(in crate::metrics) const CRASH_POTENTIAL: Measure = Measure::new(
+    "cpi",
+    "crash potential index",
+    "",
+    Danger::High,
+    "mean probability from now on that DRAC exceeds the brakes (Cunto and Saccomanno 2008)",
+    |e| of_exposure(e, |x| x.crash / f64::from(x.steps.max(1))),
+)
+.reading_ahead();
 
 /// Probability that the brakes give less than `rate`, m/s².
 pub(super) fn probability(rate: f64, madr: &Madr) -> f64 {
@@ -86,37 +86,25 @@ pub(super) fn probability(rate: f64, madr: &Madr) -> f64 {
     (below(inside) - least) / (most - least)
 }
 
-pub(in crate::metrics) const TIME_INTEGRATED: Measure = Measure {
-    id: "tit",
-    name: "time integrated time to collision",
-    unit: "s²",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "tau minus ttc_lane, integrated from now on (Minderhoud and Bovy 2001)",
-    compute: Compute::Code(time_integrated),
-};
+pub(in crate::metrics) const TIME_INTEGRATED: Measure = Measure::new(
+    "tit",
+    "time integrated time to collision",
+    "s²",
+    Danger::High,
+    "tau minus ttc_lane, integrated from now on (Minderhoud and Bovy 2001)",
+    |e| of_exposure(e, |x| x.integrated),
+)
+.reading_ahead();
 
-fn time_integrated(encounter: &Encounter<'_>) -> Reading {
-    let exposure = encounter.ask(|c, other, index| c.exposure(other, index));
-    exposure.map(|e| e.integrated).into()
-}
-
-pub(in crate::metrics) const TIME_EXPOSED: Measure = Measure {
-    id: "tet",
-    name: "time exposed time to collision",
-    unit: "s",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "time with ttc_lane below tau, from now on (Minderhoud and Bovy 2001)",
-    compute: Compute::Code(time_exposed),
-};
-
-fn time_exposed(encounter: &Encounter<'_>) -> Reading {
-    let exposure = encounter.ask(|c, other, index| c.exposure(other, index));
-    exposure.map(|e| e.exposed).into()
-}
+pub(in crate::metrics) const TIME_EXPOSED: Measure = Measure::new(
+    "tet",
+    "time exposed time to collision",
+    "s",
+    Danger::High,
+    "time with ttc_lane below tau, from now on (Minderhoud and Bovy 2001)",
+    |e| of_exposure(e, |x| x.exposed),
+)
+.reading_ahead();
 
 #[cfg(test)]
 mod tests {

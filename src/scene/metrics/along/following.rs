@@ -48,7 +48,7 @@
 //! BTN = a_long_req / −a_max, with a_max the limit `brake_threat`; from 1 on braking alone does not help. Source:
 //! Åsljung, Nilsson and Fredriksson 2017.
 
-use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Danger, Encounter, Measure, Reading};
 use super::LaneBody;
 use crate::metrics::{Context, NoValue};
 
@@ -123,63 +123,54 @@ fn without_rounding(value: f64) -> f64 {
     if value.abs() < MIN_CHANGE { 0.0 } else { value }
 }
 
-pub(in crate::metrics) const HEADWAY: Measure = Measure {
-    id: "headway",
-    name: "headway",
-    unit: "m",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "gap along the lane, front to rear (Jansson 2005)",
-    compute: Compute::Code(headway),
-};
-
-fn headway(encounter: &Encounter<'_>) -> Reading {
+/// What follows from the one that is followed.
+fn of_following(
+    encounter: &Encounter<'_>,
+    value: impl FnOnce(&Following) -> Result<f64, NoValue>,
+) -> Reading {
     let following = encounter.ask(|c, other, index| c.following(other, index));
-    following.map(|f| f.gap).into()
+    following.and_then(|following| value(&following)).into()
 }
 
-pub(in crate::metrics) const TIME_GAP: Measure = Measure {
-    id: "time_gap",
-    name: "time gap",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "headway over the ego's speed (TGAP of SUMO)",
-    compute: Compute::Code(time_gap),
-};
+pub(in crate::metrics) const HEADWAY: Measure = Measure::new(
+    "headway",
+    "headway",
+    "m",
+    Danger::Low,
+    "gap along the lane, front to rear (Jansson 2005)",
+    |e| of_following(e, |f| Ok(f.gap)),
+);
+
+pub(in crate::metrics) const TIME_GAP: Measure = Measure::new(
+    "time_gap",
+    "time gap",
+    "s",
+    Danger::Low,
+    "headway over the ego's speed (TGAP of SUMO)",
+    |e| {
+        of_following(e, |f| {
+            let speed = f.ego.velocity.x;
+            if speed < STANDSTILL_SPEED {
+                Err(NoValue::Standing)
+            } else {
+                Ok(f.gap / speed)
+            }
+        })
+    },
+);
 
 /// Slower than this a vehicle stands, m/s.
 const STANDSTILL_SPEED: f64 = 0.1;
 
-fn time_gap(encounter: &Encounter<'_>) -> Reading {
-    let following = encounter.ask(|c, other, index| c.following(other, index));
-    let gap = following.and_then(|f| {
-        let speed = f.ego.velocity.x;
-        if speed < STANDSTILL_SPEED {
-            Err(NoValue::Standing)
-        } else {
-            Ok(f.gap / speed)
-        }
-    });
-    gap.into()
-}
-
-pub(in crate::metrics) const TIME_HEADWAY: Measure = Measure {
-    id: "thw",
-    name: "time headway",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "recorded time until the ego is where the other's rear is now (Jansson 2005)",
-    compute: Compute::Code(time_headway),
-};
-
-fn time_headway(encounter: &Encounter<'_>) -> Reading {
-    encounter.ask(time_until_there).into()
-}
+pub(in crate::metrics) const TIME_HEADWAY: Measure = Measure::new(
+    "thw",
+    "time headway",
+    "s",
+    Danger::Low,
+    "recorded time until the ego is where the other's rear is now (Jansson 2005)",
+    |e| e.ask(time_until_there).into(),
+)
+.reading_ahead();
 
 fn time_until_there(
     context: &Context<'_>,
@@ -200,16 +191,14 @@ fn time_until_there(
     Ok(context.time(index, reached as f64 - late.clamp(0.0, 1.0)))
 }
 
-pub(in crate::metrics) const LANE_TTC: Measure = Measure {
-    id: "ttc_lane",
-    name: "time to collision along the lane",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "headway, speeds and accelerations along the lane (Jansson 2005, eq. 5.26); up to 100 s",
-    compute: Compute::Code(lane_ttc),
-};
+pub(in crate::metrics) const LANE_TTC: Measure = Measure::new(
+    "ttc_lane",
+    "time to collision along the lane",
+    "s",
+    Danger::Low,
+    "headway, speeds and accelerations along the lane (Jansson 2005, eq. 5.26); up to 100 s",
+    lane_ttc,
+);
 
 /// Later collisions are none, seconds.
 const HORIZON: f64 = 100.0;
@@ -243,21 +232,14 @@ fn root(gap: f64, v: f64, a: f64) -> Option<f64> {
     (below > 0.0).then(|| 2.0 * gap / below)
 }
 
-pub(in crate::metrics) const DRAC: Measure = Measure {
-    id: "drac",
-    name: "deceleration rate to avoid a crash",
-    unit: "m/s²",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "½·Δv²/Δd, with the half as in SUMO",
-    compute: Compute::Code(drac),
-};
-
-fn drac(encounter: &Encounter<'_>) -> Reading {
-    let following = encounter.ask(|c, other, index| c.following(other, index));
-    following.and_then(|f| deceleration_rate(&f)).into()
-}
+pub(in crate::metrics) const DRAC: Measure = Measure::new(
+    "drac",
+    "deceleration rate to avoid a crash",
+    "m/s²",
+    Danger::High,
+    "½·Δv²/Δd, with the half as in SUMO",
+    |e| of_following(e, deceleration_rate),
+);
 
 /// The deceleration, m/s², positive.
 pub(super) fn deceleration_rate(following: &Following) -> Result<f64, NoValue> {
@@ -265,23 +247,14 @@ pub(super) fn deceleration_rate(following: &Following) -> Result<f64, NoValue> {
     Ok(closing * closing / (2.0 * following.gap))
 }
 
-pub(in crate::metrics) const LATERAL_ACCELERATION: Measure = Measure {
-    id: "a_lat_req",
-    name: "required lateral acceleration",
-    unit: "m/s²",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "to be clear of the other's side at ttc_lane (Jansson 2005, 5.3.8); a magnitude",
-    compute: Compute::Code(lateral_acceleration),
-};
-
-fn lateral_acceleration(encounter: &Encounter<'_>) -> Reading {
-    let following = encounter.ask(|c, other, index| c.following(other, index));
-    following
-        .and_then(|f| lateral_acceleration_required(&f))
-        .into()
-}
+pub(in crate::metrics) const LATERAL_ACCELERATION: Measure = Measure::new(
+    "a_lat_req",
+    "required lateral acceleration",
+    "m/s²",
+    Danger::High,
+    "to be clear of the other's side at ttc_lane (Jansson 2005, 5.3.8); a magnitude",
+    |e| of_following(e, lateral_acceleration_required),
+);
 
 /// The required acceleration, m/s², not negative.
 fn lateral_acceleration_required(following: &Following) -> Result<f64, NoValue> {
@@ -294,43 +267,26 @@ fn lateral_acceleration_required(following: &Following) -> Result<f64, NoValue> 
     Ok(left.min(right))
 }
 
-pub(in crate::metrics) const STEER_THREAT: Measure = Measure {
-    id: "stn",
-    name: "steer-threat number",
-    unit: "",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "a_lat_req over steer_threat (Hosseini 2016)",
-    compute: Compute::Code(steer_threat),
-};
+pub(in crate::metrics) const STEER_THREAT: Measure = Measure::new(
+    "stn",
+    "steer-threat number",
+    "",
+    Danger::High,
+    "a_lat_req over steer_threat (Hosseini 2016)",
+    |e| {
+        let most = e.thresholds().limits.steer_threat;
+        of_following(e, |f| Ok(lateral_acceleration_required(f)? / most))
+    },
+);
 
-fn steer_threat(encounter: &Encounter<'_>) -> Reading {
-    let following = encounter.ask(|c, other, index| c.following(other, index));
-    following
-        .and_then(|f| {
-            Ok(lateral_acceleration_required(&f)? / encounter.thresholds().limits.steer_threat)
-        })
-        .into()
-}
-
-pub(in crate::metrics) const LONGITUDINAL_ACCELERATION: Measure = Measure {
-    id: "a_long_req",
-    name: "required longitudinal acceleration",
-    unit: "m/s²",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "a_other − Δv²/(2Δd), at most 0 (Jansson 2005, 5.3.5); negative is braking",
-    compute: Compute::Code(longitudinal_acceleration),
-};
-
-fn longitudinal_acceleration(encounter: &Encounter<'_>) -> Reading {
-    let following = encounter.ask(|c, other, index| c.following(other, index));
-    following
-        .and_then(|f| longitudinal_acceleration_required(&f))
-        .into()
-}
+pub(in crate::metrics) const LONGITUDINAL_ACCELERATION: Measure = Measure::new(
+    "a_long_req",
+    "required longitudinal acceleration",
+    "m/s²",
+    Danger::Low,
+    "a_other − Δv²/(2Δd), at most 0 (Jansson 2005, 5.3.5); negative is braking",
+    |e| of_following(e, longitudinal_acceleration_required),
+);
 
 /// The required acceleration, m/s², not positive.
 fn longitudinal_acceleration_required(following: &Following) -> Result<f64, NoValue> {
@@ -338,25 +294,19 @@ fn longitudinal_acceleration_required(following: &Following) -> Result<f64, NoVa
     Ok((following.other.acceleration - closing * closing / (2.0 * following.gap)).min(0.0))
 }
 
-pub(in crate::metrics) const BRAKE_THREAT: Measure = Measure {
-    id: "btn",
-    name: "brake-threat number",
-    unit: "",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "a_long_req over −brake_threat (Åsljung 2017)",
-    compute: Compute::Code(brake_threat),
-};
-
-fn brake_threat(encounter: &Encounter<'_>) -> Reading {
-    let following = encounter.ask(|c, other, index| c.following(other, index));
-    let number = following.and_then(|f| {
-        Ok(longitudinal_acceleration_required(&f)? / -encounter.thresholds().limits.brake_threat)
-    });
-    // Without a sign where nothing is required.
-    number.map(|n| n + 0.0).into()
-}
+pub(in crate::metrics) const BRAKE_THREAT: Measure = Measure::new(
+    "btn",
+    "brake-threat number",
+    "",
+    Danger::High,
+    "a_long_req over −brake_threat (Åsljung 2017)",
+    |e| {
+        let most = e.thresholds().limits.brake_threat;
+        of_following(e, |f| {
+            Ok(longitudinal_acceleration_required(f)? / -most + 0.0)
+        })
+    },
+);
 
 #[cfg(test)]
 mod tests {

@@ -20,49 +20,36 @@
 //! are shorter than the safe ones, so this is negative then and only then. Source: Shalev-Shwartz, Shammah and
 //! Shashua, On a Formal Model of Safe and Scalable Self-driving Cars, 2017.
 
-use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Danger, Encounter, Measure, Reading};
 use super::LaneBody;
 use crate::metrics::limits::Rss;
 
-pub(in crate::metrics) const LONGITUDINAL_DISTANCE: Measure = Measure {
-    id: "rss_long",
-    name: "RSS safe distance, longitudinal",
-    unit: "m",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "Shalev-Shwartz et al. 2017, definitions 1 and 2, along the ego's route",
-    compute: Compute::Code(|e| {
-        e.ask(|c, other, i| {
-            Ok(longitudinal_distance(
-                &c.ego_along(i)?,
-                &c.along(other, i)?,
-                &c.limits().rss,
-            ))
-        })
-        .into()
-    }),
-};
+/// What follows from both bodies along the ego's route.
+fn of_lanes(encounter: &Encounter<'_>, value: fn(&LaneBody, &LaneBody, &Rss) -> f64) -> Reading {
+    let found = encounter.ask(|c, other, i| {
+        let (ego, other) = (c.ego_along(i)?, c.along(other, i)?);
+        Ok(value(&ego, &other, &c.limits().rss))
+    });
+    found.into()
+}
 
-pub(in crate::metrics) const LONGITUDINAL_MARGIN: Measure = Measure {
-    id: "rss_long_margin",
-    name: "RSS margin, longitudinal",
-    unit: "m",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "gap along the route minus rss_long; see rss_margin",
-    compute: Compute::Code(|e: &Encounter<'_>| -> Reading {
-        e.ask(|c, other, i| {
-            Ok(longitudinal_margin(
-                &c.ego_along(i)?,
-                &c.along(other, i)?,
-                &c.limits().rss,
-            ))
-        })
-        .into()
-    }),
-};
+pub(in crate::metrics) const LONGITUDINAL_DISTANCE: Measure = Measure::new(
+    "rss_long",
+    "RSS safe distance, longitudinal",
+    "m",
+    Danger::High,
+    "Shalev-Shwartz et al. 2017, definitions 1 and 2, along the ego's route",
+    |e| of_lanes(e, longitudinal_distance),
+);
+
+pub(in crate::metrics) const LONGITUDINAL_MARGIN: Measure = Measure::new(
+    "rss_long_margin",
+    "RSS margin, longitudinal",
+    "m",
+    Danger::Low,
+    "gap along the route minus rss_long; see rss_margin",
+    |e| of_lanes(e, longitudinal_margin),
+);
 
 /// The longitudinal gap minus the safe distance, metres.
 pub(super) fn longitudinal_margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
@@ -109,45 +96,23 @@ fn stopping(velocity: f64, brake: f64, rss: &Rss) -> f64 {
         + after * after / (2.0 * brake)
 }
 
-pub(in crate::metrics) const LATERAL_DISTANCE: Measure = Measure {
-    id: "rss_lat",
-    name: "RSS safe distance, lateral",
-    unit: "m",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "Shalev-Shwartz et al. 2017, definition 6, across the ego's route",
-    compute: Compute::Code(|e| {
-        e.ask(|c, other, i| {
-            Ok(lateral_distance(
-                &c.ego_along(i)?,
-                &c.along(other, i)?,
-                &c.limits().rss,
-            ))
-        })
-        .into()
-    }),
-};
+pub(in crate::metrics) const LATERAL_DISTANCE: Measure = Measure::new(
+    "rss_lat",
+    "RSS safe distance, lateral",
+    "m",
+    Danger::High,
+    "Shalev-Shwartz et al. 2017, definition 6, across the ego's route",
+    |e| of_lanes(e, lateral_distance),
+);
 
-pub(in crate::metrics) const LATERAL_MARGIN: Measure = Measure {
-    id: "rss_lat_margin",
-    name: "RSS margin, lateral",
-    unit: "m",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "gap across the route minus rss_lat; see rss_margin",
-    compute: Compute::Code(|e: &Encounter<'_>| -> Reading {
-        e.ask(|c, other, i| {
-            Ok(lateral_margin(
-                &c.ego_along(i)?,
-                &c.along(other, i)?,
-                &c.limits().rss,
-            ))
-        })
-        .into()
-    }),
-};
+pub(in crate::metrics) const LATERAL_MARGIN: Measure = Measure::new(
+    "rss_lat_margin",
+    "RSS margin, lateral",
+    "m",
+    Danger::Low,
+    "gap across the route minus rss_lat; see rss_margin",
+    |e| of_lanes(e, lateral_margin),
+);
 
 /// The lateral gap minus the safe distance, metres.
 pub(super) fn lateral_margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
@@ -179,23 +144,18 @@ fn lateral_stopping(velocity: f64, rss: &Rss) -> f64 {
     (velocity + after) / 2.0 * rss.response + after * after.abs() / (2.0 * rss.lateral_brake)
 }
 
-pub(in crate::metrics) const RSS_MARGIN: Measure = Measure {
-    id: "rss_margin",
-    name: "RSS margin",
-    unit: "m",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: false,
-    source: "larger of the two margins; dangerous below 0 (Shalev-Shwartz et al. 2017)",
-    compute: Compute::Code(|e| {
-        e.ask(|c, other, i| {
-            let (ego, other, rss) = (c.ego_along(i)?, c.along(other, i)?, &c.limits().rss);
-            let along = longitudinal_margin(&ego, &other, rss);
-            Ok(along.max(lateral_margin(&ego, &other, rss)))
+pub(in crate::metrics) const RSS_MARGIN: Measure = Measure::new(
+    "rss_margin",
+    "RSS margin",
+    "m",
+    Danger::Low,
+    "larger of the two margins; dangerous below 0 (Shalev-Shwartz et al. 2017)",
+    |e| {
+        of_lanes(e, |ego, other, rss| {
+            longitudinal_margin(ego, other, rss).max(lateral_margin(ego, other, rss))
         })
-        .into()
-    }),
-};
+    },
+);
 
 #[cfg(test)]
 mod tests {

@@ -31,7 +31,7 @@
 
 use nearmiss_base::geometry::{Bounds, Vector};
 
-use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Danger, Encounter, Measure, Reading};
 use super::Swept;
 use crate::metrics::{Contact, Context, NoValue};
 
@@ -192,37 +192,31 @@ impl Context<'_> {
     }
 }
 
-pub(in crate::metrics) const ENCROACHMENT_TIME: Measure = Measure {
-    id: "et",
-    name: "encroachment time",
-    unit: "s",
-    danger: Danger::High,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "time of the ego in the area that both bodies sweep (Allen 1978)",
-    compute: Compute::Code(encroachment_time),
-};
+pub(in crate::metrics) const ENCROACHMENT_TIME: Measure = Measure::new(
+    "et",
+    "encroachment time",
+    "s",
+    Danger::High,
+    "time of the ego in the area that both bodies sweep (Allen 1978)",
+    |e| {
+        e.ask(|c, other, _| Ok(c.conflict(other).encroachment()? * c.dt()))
+            .into()
+    },
+)
+.reading_ahead();
 
-fn encroachment_time(encounter: &Encounter<'_>) -> Reading {
-    let time = encounter.ask(|c, other, _| Ok(c.conflict(other).encroachment()? * c.dt()));
-    time.into()
-}
-
-pub(in crate::metrics) const POST_ENCROACHMENT_TIME: Measure = Measure {
-    id: "pet",
-    name: "post-encroachment time",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "between leaving and entering the area that both bodies sweep (Allen 1978)",
-    compute: Compute::Code(post_encroachment_time),
-};
-
-fn post_encroachment_time(encounter: &Encounter<'_>) -> Reading {
-    let time = encounter.ask(|c, other, _| Ok(c.conflict(other).post_encroachment()? * c.dt()));
-    time.into()
-}
+pub(in crate::metrics) const POST_ENCROACHMENT_TIME: Measure = Measure::new(
+    "pet",
+    "post-encroachment time",
+    "s",
+    Danger::Low,
+    "between leaving and entering the area that both bodies sweep (Allen 1978)",
+    |e| {
+        e.ask(|c, other, _| Ok(c.conflict(other).post_encroachment()? * c.dt()))
+            .into()
+    },
+)
+.reading_ahead();
 
 /// The future distance between two recorded bodies; moments are places of steps, with a share of the way to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -283,57 +277,49 @@ impl Closest {
     }
 }
 
-pub(in crate::metrics) const CLOSEST_DISTANCE: Measure = Measure {
-    id: "dce",
-    name: "distance of the closest encounter",
-    unit: "m",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "smallest recorded distance from now on (Eggert 2014)",
-    compute: Compute::Code(closest_distance),
-};
-
-fn closest_distance(encounter: &Encounter<'_>) -> Reading {
-    let closest = encounter.ask(|c, other, i| c.closest(other, i).ok_or(NoValue::Absent));
-    closest.map(|c| c.distance).into()
-}
-
-pub(in crate::metrics) const TIME_TO_CLOSEST: Measure = Measure {
-    id: "ttce",
-    name: "time to the closest encounter",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "recorded time until dce (Eggert 2014)",
-    compute: Compute::Code(time_to_closest),
-};
-
-fn time_to_closest(encounter: &Encounter<'_>) -> Reading {
-    let time = encounter.ask(|c, other, i| {
+/// What follows from the future distance.
+fn of_closest(
+    encounter: &Encounter<'_>,
+    value: fn(&Context<'_>, usize, &Closest) -> Result<f64, NoValue>,
+) -> Reading {
+    let found = encounter.ask(|c, other, i| {
         let closest = c.closest(other, i).ok_or(NoValue::Absent)?;
-        Ok(c.time(i, closest.at))
+        value(c, i, &closest)
     });
-    time.into()
+    found.into()
 }
 
-pub(in crate::metrics) const FIRST_OVERLAP: Measure = Measure {
-    id: "ttc_star",
-    name: "time to the recorded overlap",
-    unit: "s",
-    danger: Danger::Low,
-    mirrored: Mirrored::Kept,
-    reads_ahead: true,
-    source: "recorded time until the bodies overlap (TTC* of CriMe)",
-    compute: Compute::Code(first_overlap),
-};
+pub(in crate::metrics) const CLOSEST_DISTANCE: Measure = Measure::new(
+    "dce",
+    "distance of the closest encounter",
+    "m",
+    Danger::Low,
+    "smallest recorded distance from now on (Eggert 2014)",
+    |e| of_closest(e, |_, _, closest| Ok(closest.distance)),
+)
+.reading_ahead();
 
-fn first_overlap(encounter: &Encounter<'_>) -> Reading {
-    let time = encounter.ask(|c, other, i| {
-        let closest = c.closest(other, i).ok_or(NoValue::Absent)?;
-        let contact = closest.contact.ok_or(NoValue::NoRecordedOverlap)?;
-        Ok(c.time(i, contact))
-    });
-    time.into()
-}
+pub(in crate::metrics) const TIME_TO_CLOSEST: Measure = Measure::new(
+    "ttce",
+    "time to the closest encounter",
+    "s",
+    Danger::Low,
+    "recorded time until dce (Eggert 2014)",
+    |e| of_closest(e, |c, i, closest| Ok(c.time(i, closest.at))),
+)
+.reading_ahead();
+
+pub(in crate::metrics) const FIRST_OVERLAP: Measure = Measure::new(
+    "ttc_star",
+    "time to the recorded overlap",
+    "s",
+    Danger::Low,
+    "recorded time until the bodies overlap (TTC* of CriMe)",
+    |e| {
+        of_closest(e, |c, i, closest| {
+            let contact = closest.contact.ok_or(NoValue::NoRecordedOverlap)?;
+            Ok(c.time(i, contact))
+        })
+    },
+)
+.reading_ahead();

@@ -19,7 +19,7 @@ use std::ops::Range;
 
 use nearmiss_base::geometry::{Placed, Point, Pose, Sweep};
 
-use super::super::{Compute, Danger, Encounter, Measure, Mirrored, Reading};
+use super::super::{Danger, Encounter, Measure, Reading};
 use crate::metrics::limits::Limits;
 use crate::metrics::{Context, NoValue};
 use crate::scenario::{Motion, driven_way};
@@ -214,16 +214,7 @@ const fn measure(
     source: &'static str,
     compute: fn(&Encounter<'_>) -> Reading,
 ) -> Measure {
-    Measure {
-        id,
-        name,
-        unit: "s",
-        danger: Danger::Low,
-        mirrored: Mirrored::Kept,
-        reads_ahead: true,
-        source,
-        compute: Compute::Code(compute),
-    }
+    Measure::new(id, name, "s", Danger::Low, source, compute).reading_ahead()
 }
 
 pub(in crate::metrics) const BRAKE: Measure = measure(

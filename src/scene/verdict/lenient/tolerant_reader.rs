@@ -126,11 +126,7 @@ impl<'a> Reader<'a> {
                     break;
                 }
                 Some(',' | ';') => {
-                    if comma {
-                        self.note(Repair::ExtraCommas);
-                    }
-                    comma = true;
-                    self.at += 1;
+                    self.comma(&mut comma);
                     continue;
                 }
                 Some(c @ (']' | ')')) => {
@@ -140,10 +136,7 @@ impl<'a> Reader<'a> {
                     continue;
                 }
                 Some(_) => {
-                    if !comma {
-                        self.note(Repair::MissingCommas);
-                    }
-                    comma = false;
+                    self.entry_begins(&mut comma);
                     self.entry(&mut map);
                 }
             }
@@ -232,11 +225,7 @@ impl<'a> Reader<'a> {
                     break;
                 }
                 Some(',' | ';') => {
-                    if comma {
-                        self.note(Repair::ExtraCommas);
-                    }
-                    comma = true;
-                    self.at += 1;
+                    self.comma(&mut comma);
                     continue;
                 }
                 Some(c @ ('}' | ']' | ')')) => {
@@ -246,10 +235,7 @@ impl<'a> Reader<'a> {
                     continue;
                 }
                 Some(_) => {
-                    if !comma {
-                        self.note(Repair::MissingCommas);
-                    }
-                    comma = false;
+                    self.entry_begins(&mut comma);
                     items.extend(self.value());
                 }
             }
@@ -259,6 +245,21 @@ impl<'a> Reader<'a> {
         }
         self.open.pop();
         Value::Array(items)
+    }
+
+    /// A comma between entries, of which there may be too many.
+    fn comma(&mut self, comma: &mut bool) {
+        if std::mem::replace(comma, true) {
+            self.note(Repair::ExtraCommas);
+        }
+        self.at += 1;
+    }
+
+    /// An entry begins, behind a comma if all is well.
+    fn entry_begins(&mut self, comma: &mut bool) {
+        if !std::mem::replace(comma, false) {
+            self.note(Repair::MissingCommas);
+        }
     }
 
     /// A bracket that closes something else: what is open ends here if that is farther out; else it is passed over.

@@ -510,14 +510,25 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
     None
 }
 
-/// The ego's speed, the distance of the centres, and where the obstacle is, at the step.
-fn met(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<(f64, f64, Relation)> {
+/// What follows from the ego and the obstacle at the step; nothing where one of them is not there.
+fn encountered<T>(
+    claim: &Claim,
+    subject: &Subject<'_>,
+    step: i64,
+    value: impl FnOnce(&Encounter<'_>) -> T,
+) -> Option<T> {
     let mut participants = subject.scene.participants();
     let participant = participants.find(|p| p.obstacle.id == claim.obstacle)?;
-    let encounter = Encounter::at(subject.scene, &participant, step)?;
-    let apart = encounter.other.pose.position - encounter.ego.pose.position;
-    let speed = encounter.ego.velocity.abs();
-    Some((speed, apart.norm(), encounter.relation()))
+    Encounter::at(subject.scene, &participant, step).map(|encounter| value(&encounter))
+}
+
+/// The ego's speed, the distance of the centres, and where the obstacle is, at the step.
+fn met(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<(f64, f64, Relation)> {
+    encountered(claim, subject, step, |encounter| {
+        let apart = encounter.other.pose.position - encounter.ego.pose.position;
+        let speed = encounter.ego.velocity.abs();
+        (speed, apart.norm(), encounter.relation())
+    })
 }
 
 /// Whether the ego stands still and the claim would hold for another heading of it.
@@ -545,23 +556,19 @@ fn of_its_own(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     let ClaimedValue::Number { value, .. } = claim.stated else {
         return false;
     };
-    let mut participants = subject.scene.participants();
-    let Some(participant) = participants.find(|p| p.obstacle.id == claim.obstacle) else {
-        return false;
+    let of_encounter = |encounter: &Encounter<'_>| {
+        let turned = encounter.other.pose.heading - encounter.ego.pose.heading;
+        let velocity = encounter.other.velocity;
+        let own = match claim.quantity {
+            Quantity::VelocityLong => velocity * turned.cos(),
+            Quantity::VelocityLat => velocity * turned.sin(),
+            _ => return false,
+        };
+        [own, velocity]
+            .iter()
+            .any(|own| (own.abs() - value.abs()).abs() <= (0.02 * own.abs()).max(0.05))
     };
-    let Some(encounter) = Encounter::at(subject.scene, &participant, step) else {
-        return false;
-    };
-    let turned = encounter.other.pose.heading - encounter.ego.pose.heading;
-    let velocity = encounter.other.velocity;
-    let own = match claim.quantity {
-        Quantity::VelocityLong => velocity * turned.cos(),
-        Quantity::VelocityLat => velocity * turned.sin(),
-        _ => return false,
-    };
-    [own, velocity]
-        .iter()
-        .any(|own| (own.abs() - value.abs()).abs() <= (0.02 * own.abs()).max(0.05))
+    encountered(claim, subject, step, of_encounter) == Some(true)
 }
 
 /// Whether a time is the gap by a velocity that was rounded to two decimals: of slow ones that changes much.
@@ -603,14 +610,12 @@ fn along_the_map(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     else {
         return false;
     };
-    let mut participants = subject.scene.participants();
-    let Some(participant) = participants.find(|p| p.obstacle.id == claim.obstacle) else {
+    let apart = encountered(claim, subject, step, |encounter| {
+        encounter.other.pose.position - encounter.ego.pose.position
+    });
+    let Some(apart) = apart else {
         return false;
     };
-    let Some(encounter) = Encounter::at(subject.scene, &participant, step) else {
-        return false;
-    };
-    let apart = encounter.other.pose.position - encounter.ego.pose.position;
     let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05);
     let share = if rough { 0.1 } else { 0.02 };
     [apart.x, apart.y, apart.norm()]

@@ -147,6 +147,13 @@ impl Report {
 fn configurations<'a>(
     scored: impl IntoIterator<Item = &'a Scored>,
 ) -> Vec<(&'a PromptConfig, Vec<&'a Scored>)> {
+    by_configuration(scored).into_iter().collect()
+}
+
+/// The answers by way.
+pub(super) fn by_configuration<'a>(
+    scored: impl IntoIterator<Item = &'a Scored>,
+) -> BTreeMap<&'a PromptConfig, Vec<&'a Scored>> {
     let mut configurations: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
     for one in scored {
         configurations
@@ -154,7 +161,7 @@ fn configurations<'a>(
             .or_default()
             .push(one);
     }
-    configurations.into_iter().collect()
+    configurations
 }
 
 #[cfg(test)]

@@ -58,6 +58,15 @@ fn drive(model: &mut Model) -> Vec<Effect> {
     show(model).unwrap_or_else(|| begin(model))
 }
 
+/// Where a planned ego is shown or on its way, it drives anew.
+fn driven_anew(model: &mut Model) -> Option<Vec<Effect>> {
+    (model.planned().is_some() || model.driver.under_way.is_some()).then(|| {
+        let mut effects = stop(model);
+        effects.extend(show(model).unwrap_or_else(|| begin(model)));
+        effects
+    })
+}
+
 /// Tells the planner something else; where a planned ego is shown or on its way, it drives anew.
 fn next_forecast(model: &mut Model) -> Vec<Effect> {
     if let Some(why) = model.nothing_to_plan() {
@@ -74,9 +83,7 @@ fn next_forecast(model: &mut Model) -> Vec<Effect> {
         Forecast::Recorded => Forecast::Lane,
     };
     let words = forecast_words(model.driver.forecast);
-    if model.planned().is_some() || model.driver.under_way.is_some() {
-        let mut effects = stop(model);
-        effects.extend(show(model).unwrap_or_else(|| begin(model)));
+    if let Some(effects) = driven_anew(model) {
         return effects;
     }
     let key = model.look.key(Action::DrivePlanner);
@@ -95,9 +102,7 @@ fn next_planner(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     model.driver.planner = (model.driver.planner + 1) % (model.driver.planners.len() + 1);
-    if model.planned().is_some() || model.driver.under_way.is_some() {
-        let mut effects = stop(model);
-        effects.extend(show(model).unwrap_or_else(|| begin(model)));
+    if let Some(effects) = driven_anew(model) {
         return effects;
     }
     let key = model.look.key(Action::DrivePlanner);
