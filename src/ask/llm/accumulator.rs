@@ -9,7 +9,7 @@ use super::error_body::ErrorBody;
 use super::request::{ToolCall, ToolTurn};
 
 /// The answer so far, and the chunks not yet taken.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct ResponseAccumulator {
     place: ProviderAddress,
     chunks: Vec<Chunk>,
@@ -50,24 +50,7 @@ impl ResponseAccumulator {
     pub fn new(place: ProviderAddress) -> Self {
         Self {
             place,
-            chunks: Vec::new(),
-            model: None,
-            started: false,
-            complete: false,
-            finish: None,
-            refusal: String::new(),
-            usage: None,
-            tokens: Vec::new(),
-            turn: TurnDraft::default(),
-            said: String::new(),
-            thought: String::new(),
-            content: Splitter::default(),
-            reasoned: false,
-            spoke: false,
-            received: 0,
-            bytes: 0,
-            capped: false,
-            skipped: 0,
+            ..Self::default()
         }
     }
 

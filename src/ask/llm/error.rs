@@ -8,7 +8,7 @@ use super::error_body::{MAX_QUOTE_LENGTH, tidy};
 use super::redaction::Secrets;
 
 /// Place of an error: the provider and the address without its secrets.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ProviderAddress {
     /// The provider's name as people know it.
     pub provider: String,

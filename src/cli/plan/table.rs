@@ -47,6 +47,7 @@ const TITLES: [&str; 7] = [
 const WIDEST: usize = 48;
 
 /// The table in the making.
+#[derive(Default)]
 pub struct OutcomeTable {
     /// Columns of the scenarios' names.
     labels: Labels,
@@ -87,21 +88,9 @@ impl OutcomeTable {
         Self {
             width: labels.longest().clamp("scenario".len(), WIDEST),
             labels,
-            counts: [0; OUTCOMES.len()],
-            by_front: 0,
-            unaware: 0,
-            reacted: 0,
-            undrivable: 0,
-            rules: RuleCounts::default(),
-            ms: Vec::new(),
             monitored,
-            monitor: monitor::Totals::default(),
             compared,
-            serious: 0.0,
-            untold: 0,
-            rear_ended: 0,
-            overhead: Vec::new(),
-            planner: None,
+            ..Self::default()
         }
     }
 

@@ -2,29 +2,36 @@
 
 use nearmiss_base::geometry::Point;
 use nearmiss_scene::scenario::{HumanLimits, Obstacle, ObstacleRole, ObstacleType, VehicleType};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::AttackContext;
 use super::wish::AttackStyle;
 use crate::planner::Limits;
 
 /// An obstacle that could attack, and how much it would have to change.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(description = "A possible attacker, by the reference.")]
 pub struct Candidate {
     /// Its id.
+    #[serde(rename = "id")]
     pub obstacle: i64,
-    /// The acceleration that it needs, in any direction, to be where the ego is, m/s²: constant for at most
-    /// [`LOOKAHEAD`] seconds, the least one over all steps.
+    /// The least acceleration that brings it to the ego, m/s².
+    // In any direction, constant for at most [`LOOKAHEAD`] seconds, the least one over all steps.
     pub acceleration: f64,
-    /// The step at which the ego is reached so.
+    /// When.
     pub step: i64,
-    /// How far it is from the ego there while nothing is changed, metres, between the bodies.
+    /// How near it is as recorded, metres.
+    // Between the bodies, at that step.
     pub distance: f64,
-    /// Whether it is within [`ATTACKER_DISTANCE`] metres in front of the ego or beside it there, as the paper asks.
+    /// Whether it is near.
+    // Within [`ATTACKER_DISTANCE`] metres in front of the ego or beside it there, as the paper asks.
     pub near: bool,
-    /// Whether it is behind the ego at every step.
+    /// Whether it comes from behind.
+    // Behind the ego at every step.
     pub behind: bool,
-    /// Whether it gets there without reversing: one that the ego is behind of can only fall back, by no more than it has
-    /// driven.
+    /// Whether it reaches the ego without reversing.
+    // One that the ego is behind of can only fall back, by no more than it has driven.
     pub reaches: bool,
 }
 

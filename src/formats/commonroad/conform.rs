@@ -210,15 +210,7 @@ const BEYOND_SCHEMA: [StateField; 9] = [
 ];
 
 fn conform_obstacle(obstacle: &Obstacle, dt: f64, report: &mut Report) -> Obstacle {
-    let mut fitted = ObstacleParts {
-        id: obstacle.id,
-        role: obstacle.role,
-        kind: obstacle.kind,
-        footprint: obstacle.footprint.clone(),
-        initial: obstacle.initial.clone(),
-        prediction: obstacle.prediction.clone(),
-        signals: obstacle.signals.clone(),
-    };
+    let mut fitted = obstacle.parts();
     let name = format!("{} obstacle {}", obstacle.role, obstacle.id);
     if !may_be(fitted.role, fitted.kind) {
         report.change(format!("{name}: the type {} became unknown", fitted.kind));

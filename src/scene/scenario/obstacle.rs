@@ -157,6 +157,20 @@ impl Obstacle {
         }
     }
 
+    /// What a file says about it.
+    #[must_use]
+    pub fn parts(&self) -> ObstacleParts {
+        ObstacleParts {
+            id: self.id,
+            role: self.role,
+            kind: self.kind,
+            footprint: self.footprint.clone(),
+            initial: self.initial.clone(),
+            prediction: self.prediction.clone(),
+            signals: self.signals.clone(),
+        }
+    }
+
     /// Its recorded motion, one entry a time step; what an occupancy set says of it is none.
     ///
     /// A static obstacle has a single entry, which holds at all times: ask [`super::Scene`].

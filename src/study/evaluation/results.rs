@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::confusion::Tally;
 use super::statistics::{Interval, f1_interval, if_enough};
@@ -12,8 +13,8 @@ use super::{AnswerStatus, Cluster, Confusion, Naming, PromptConfig, Scored, Spen
 use nearmiss_record::Record;
 use nearmiss_store::{ClaimCounts, RunId};
 
-/// Outcome of one question, compared with the ground truth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// Outcome of one question, compared with the ground truth; in the order of columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
 pub enum Outcome {
     /// It says yes, and it is.
     TruePositive,
@@ -30,6 +31,8 @@ pub enum Outcome {
     /// No whole answer came.
     Failed,
 }
+
+nearmiss_record::named!(Outcome);
 
 /// An answer of a prompt configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,17 +73,6 @@ pub struct Results {
 }
 
 impl Outcome {
-    /// Every outcome, in the order of columns.
-    pub const ALL: [Self; 7] = [
-        Self::TruePositive,
-        Self::FalsePositive,
-        Self::FalseNegative,
-        Self::TrueNegative,
-        Self::Open,
-        Self::Unparsed,
-        Self::Failed,
-    ];
-
     /// Compares an answer with its ground truth; `None` if the question was not asked.
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {

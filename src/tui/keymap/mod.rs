@@ -30,57 +30,55 @@ pub struct Key {
     pub shift: bool,
 }
 
-/// A key without modifiers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[allow(missing_docs, reason = "the names of the keys")]
-pub enum Code {
-    Char(char),
-    Function(u8),
-    Up,
-    Down,
-    Left,
-    Right,
-    Home,
-    End,
-    PageUp,
-    PageDown,
-    Enter,
-    Esc,
-    Tab,
-    BackTab,
-    Backspace,
-    Delete,
+/// The keys that have names, with ours and the terminal's codes for them.
+macro_rules! codes {
+    ($($code:ident $name:literal,)+) => {
+        /// A key without modifiers.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[allow(missing_docs, reason = "the names of the keys")]
+        pub enum Code {
+            Char(char),
+            Function(u8),
+            $($code,)+
+        }
+
+        const KEY_NAMES: &[(&str, Code)] = &[("space", Code::Char(' ')), $(($name, Code::$code),)+];
+
+        impl Code {
+            fn of_terminal(code: KeyCode) -> Option<Self> {
+                Some(match code {
+                    KeyCode::Char(c) => Self::Char(c),
+                    KeyCode::F(n) => Self::Function(n),
+                    $(KeyCode::$code => Self::$code,)+
+                    _ => return None,
+                })
+            }
+        }
+    };
 }
 
-const KEY_NAMES: &[(&str, Code)] = &[
-    ("space", Code::Char(' ')),
-    ("up", Code::Up),
-    ("down", Code::Down),
-    ("left", Code::Left),
-    ("right", Code::Right),
-    ("home", Code::Home),
-    ("end", Code::End),
-    ("pageup", Code::PageUp),
-    ("pagedown", Code::PageDown),
-    ("enter", Code::Enter),
-    ("esc", Code::Esc),
-    ("tab", Code::Tab),
-    ("backtab", Code::BackTab),
-    ("backspace", Code::Backspace),
-    ("delete", Code::Delete),
-    ("f1", Code::Function(1)),
-    ("f2", Code::Function(2)),
-    ("f3", Code::Function(3)),
-    ("f4", Code::Function(4)),
-    ("f5", Code::Function(5)),
-    ("f6", Code::Function(6)),
-    ("f7", Code::Function(7)),
-    ("f8", Code::Function(8)),
-    ("f9", Code::Function(9)),
-    ("f10", Code::Function(10)),
-    ("f11", Code::Function(11)),
-    ("f12", Code::Function(12)),
-];
+codes! {
+    Up "up",
+    Down "down",
+    Left "left",
+    Right "right",
+    Home "home",
+    End "end",
+    PageUp "pageup",
+    PageDown "pagedown",
+    Enter "enter",
+    Esc "esc",
+    Tab "tab",
+    BackTab "backtab",
+    Backspace "backspace",
+    Delete "delete",
+}
+
+/// The function key of a name, `f1` to `f12`.
+fn function_key(name: &str) -> Option<Code> {
+    let known = (1..=12).find(|n| name == format!("f{n}"));
+    known.map(Code::Function)
+}
 
 impl Key {
     /// A key without modifiers.
@@ -122,7 +120,7 @@ impl Key {
             .next()
             .filter(|_| chars.next().is_none())
             .map(Code::Char);
-        key.code = named.or(single)?;
+        key.code = named.or_else(|| function_key(rest)).or(single)?;
         if let Code::Char(c) = key.code
             && key.shift
         {
@@ -152,7 +150,7 @@ impl Key {
         ) {
             (Some((word, _)), _) => name.push_str(word),
             (None, Code::Char(c)) => name.push(c.to_ascii_lowercase()),
-            // Every other key is named, function keys to the twelfth.
+            // Every other key is named.
             (None, Code::Function(n)) => name.push_str(&format!("f{n}")),
             (None, _) => {}
         }
@@ -165,25 +163,7 @@ impl Key {
         if event.kind == KeyEventKind::Release {
             return None;
         }
-        let code = match event.code {
-            KeyCode::Char(c) => Code::Char(c),
-            KeyCode::F(n) => Code::Function(n),
-            KeyCode::Up => Code::Up,
-            KeyCode::Down => Code::Down,
-            KeyCode::Left => Code::Left,
-            KeyCode::Right => Code::Right,
-            KeyCode::Home => Code::Home,
-            KeyCode::End => Code::End,
-            KeyCode::PageUp => Code::PageUp,
-            KeyCode::PageDown => Code::PageDown,
-            KeyCode::Enter => Code::Enter,
-            KeyCode::Esc => Code::Esc,
-            KeyCode::Tab => Code::Tab,
-            KeyCode::BackTab => Code::BackTab,
-            KeyCode::Backspace => Code::Backspace,
-            KeyCode::Delete => Code::Delete,
-            _ => return None,
-        };
+        let code = Code::of_terminal(event.code)?;
         let with = |modifier| event.modifiers.contains(modifier);
         let ctrl = with(KeyModifiers::CONTROL);
         // The newer protocols tell these apart; hands do not.

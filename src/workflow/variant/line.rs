@@ -100,7 +100,7 @@ pub struct VariantLine {
     /// Of a planner that is a process.
     pub external_planner: Option<ExternalPlannerRecord>,
     /// Possible attackers, the one with the least change first.
-    pub reference_ranking: Vec<RankedAttacker>,
+    pub reference_ranking: Vec<attacker::Candidate>,
     /// Number of motions tried.
     pub candidates: usize,
     /// Motions that passed the gate.
@@ -150,25 +150,6 @@ pub struct ExternalPlannerRecord {
     /// Where it failed: the fault.
     #[serde(flatten)]
     pub failure: Option<PlannerFaultRecord>,
-}
-
-/// A possible attacker, by the reference.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-pub struct RankedAttacker {
-    /// Its id.
-    pub id: i64,
-    /// The least acceleration that brings it to the ego, m/s².
-    pub acceleration: f64,
-    /// When.
-    pub step: i64,
-    /// How near it is as recorded, metres.
-    pub distance: f64,
-    /// Whether it is near.
-    pub near: bool,
-    /// Whether it comes from behind.
-    pub behind: bool,
-    /// Whether it reaches the ego without reversing.
-    pub reaches: bool,
 }
 
 /// Samples of the attacker's motion and of the recorded ones.
@@ -336,7 +317,8 @@ impl VariantLine {
                     ))
                 }),
             }),
-            reference_ranking: ranking(generated),
+            reference_ranking: { generated.workshop.on(|ground| attacker::rank(ground.stage)) }
+                .unwrap_or_default(),
             candidates: made.found.candidates,
             passed: made.found.attacks.len(),
             driven: driven.count(),
@@ -369,22 +351,6 @@ fn attackers(generated: &Generated, attack: &Attack) -> Vec<AttackerRecord> {
         }
     });
     all.collect()
-}
-
-/// Who could reach the ego with the least change, by the reference.
-fn ranking(generated: &Generated) -> Vec<RankedAttacker> {
-    let ranked = generated.workshop.on(|ground| attacker::rank(ground.stage));
-    let ranked = ranked.unwrap_or_default().into_iter();
-    let ranked = ranked.map(|c| RankedAttacker {
-        id: c.obstacle,
-        acceleration: c.acceleration,
-        step: c.step,
-        distance: c.distance,
-        near: c.near,
-        behind: c.behind,
-        reaches: c.reaches,
-    });
-    ranked.collect()
 }
 
 impl GoodDriver {

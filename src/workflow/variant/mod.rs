@@ -5,7 +5,7 @@ mod line;
 mod settings;
 
 pub use generated::{Generated, Gone};
-pub use line::{ComparedSamples, ExternalPlannerRecord, GoodDriver, RankedAttacker, VariantLine};
+pub use line::{ComparedSamples, ExternalPlannerRecord, GoodDriver, VariantLine};
 pub use settings::{
     AttackRequest, GenerationSettings, PROMPTS, PlannerProcess, SearchSettings, WriterSettings,
     attacker_count, attackers_together, candidate_count, distinct_attackers, reaction_time,

@@ -361,7 +361,7 @@ const LONGEST_NAME: usize = 80;
 const LONGEST_LAST_LINE: usize = 200;
 
 /// A drive as seen from beside a planner's process.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExternalReport {
     /// The planner as the user names it.
     pub planner: String,
@@ -397,19 +397,8 @@ impl ExternalReport {
     pub(super) fn new(planner: &ExternalPlanner) -> Self {
         Self {
             planner: planner.name().to_string(),
-            name: String::new(),
-            version: String::new(),
             clock: planner.options.clock,
-            predictions: false,
-            history: 0,
-            fault: None,
-            fault_step: None,
-            message: None,
-            stderr: Vec::new(),
-            started_in: None,
-            overhead_ms: Vec::new(),
-            late_steps: 0,
-            largest_offset: 0.0,
+            ..Self::default()
         }
     }
 

@@ -294,46 +294,35 @@ impl TrajectoryKind {
     /// Every kind, in the order in which the schema wants them.
     pub const ALL: &'static [Self] = Self::VARIANTS;
 
+    /// Its element, that of one of its states, and the quantities of these.
+    fn parts(self) -> (&'static str, &'static str, &'static [Field]) {
+        match self {
+            Self::PmInput => ("pmInputVector", "pmInput", PM_INPUT),
+            Self::Input => ("inputVector", "input", INPUT),
+            Self::Pm => ("pmTrajectory", "pmState", PM),
+            Self::Ks => ("ksTrajectory", "ksState", KS),
+            Self::St => ("stTrajectory", "stState", ST),
+            Self::Mb => ("mbTrajectory", "mbState", MB),
+            Self::Kst => ("kstTrajectory", "kstState", KST),
+        }
+    }
+
     /// The element of the trajectory.
     #[must_use]
     pub fn element(self) -> &'static str {
-        match self {
-            Self::PmInput => "pmInputVector",
-            Self::Input => "inputVector",
-            Self::Pm => "pmTrajectory",
-            Self::Ks => "ksTrajectory",
-            Self::St => "stTrajectory",
-            Self::Mb => "mbTrajectory",
-            Self::Kst => "kstTrajectory",
-        }
+        self.parts().0
     }
 
     /// The element of one of its states.
     #[must_use]
     pub fn state_element(self) -> &'static str {
-        match self {
-            Self::PmInput => "pmInput",
-            Self::Input => "input",
-            Self::Pm => "pmState",
-            Self::Ks => "ksState",
-            Self::St => "stState",
-            Self::Mb => "mbState",
-            Self::Kst => "kstState",
-        }
+        self.parts().1
     }
 
     /// The quantities of a state besides its time, in the order of commonroad-io.
     #[must_use]
     pub fn fields(self) -> &'static [Field] {
-        match self {
-            Self::PmInput => PM_INPUT,
-            Self::Input => INPUT,
-            Self::Pm => PM,
-            Self::Ks => KS,
-            Self::St => ST,
-            Self::Mb => MB,
-            Self::Kst => KST,
-        }
+        self.parts().2
     }
 
     /// Whether it holds what the driver does instead of where the vehicle is.

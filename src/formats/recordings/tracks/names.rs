@@ -4,6 +4,52 @@ use std::collections::BTreeMap;
 
 use super::columns::{Columns, Role, Source, unit};
 
+/// The names of positions along an axis of the map.
+macro_rules! positions {
+    ($axis:literal, $east:literal, $towards:literal, $place:literal) => {
+        &[
+            $axis,
+            concat!($axis, "pos"),
+            concat!("pos", $axis),
+            concat!("position", $axis),
+            concat!($axis, "position"),
+            concat!($axis, "center"),
+            concat!("center", $axis),
+            concat!($axis, "centre"),
+            concat!("centre", $axis),
+            concat!("local", $axis),
+            concat!("global", $axis),
+            concat!("utm", $axis),
+            concat!($axis, "utm"),
+            $east,
+            $towards,
+            concat!("p", $axis),
+            concat!("world", $axis),
+            concat!("location", $axis),
+            concat!("translation", $axis),
+            concat!("c", $axis),
+            $place,
+        ]
+    };
+}
+
+/// The names of velocities along an axis of the map.
+macro_rules! velocities {
+    ($axis:literal, $place:literal) => {
+        &[
+            concat!("v", $axis),
+            concat!("velocity", $axis),
+            concat!($axis, "velocity"),
+            concat!("vel", $axis),
+            concat!($axis, "vel"),
+            concat!("speed", $axis),
+            concat!($axis, "speed"),
+            $place,
+            concat!($axis, "dot"),
+        ]
+    };
+}
+
 /// Names of columns, without case and punctuation; of several that are there the first one is taken.
 const SYNONYMS: [(Role, &[&str]); 24] = [
     (
@@ -87,58 +133,8 @@ const SYNONYMS: [(Role, &[&str]); 24] = [
             "trackuid",
         ],
     ),
-    (
-        Role::X,
-        &[
-            "x",
-            "xpos",
-            "posx",
-            "positionx",
-            "xposition",
-            "xcenter",
-            "centerx",
-            "xcentre",
-            "centrex",
-            "localx",
-            "globalx",
-            "utmx",
-            "xutm",
-            "easting",
-            "east",
-            "px",
-            "worldx",
-            "locationx",
-            "translationx",
-            "cx",
-            "position0",
-        ],
-    ),
-    (
-        Role::Y,
-        &[
-            "y",
-            "ypos",
-            "posy",
-            "positiony",
-            "yposition",
-            "ycenter",
-            "centery",
-            "ycentre",
-            "centrey",
-            "localy",
-            "globaly",
-            "utmy",
-            "yutm",
-            "northing",
-            "north",
-            "py",
-            "worldy",
-            "locationy",
-            "translationy",
-            "cy",
-            "position1",
-        ],
-    ),
+    (Role::X, positions!("x", "easting", "east", "position0")),
+    (Role::Y, positions!("y", "northing", "north", "position1")),
     (Role::Latitude, &["latitude", "lat"]),
     (Role::Longitude, &["longitude", "lon", "lng", "long"]),
     (
@@ -191,34 +187,8 @@ const SYNONYMS: [(Role, &[&str]); 24] = [
             "spd",
         ],
     ),
-    (
-        Role::VelocityX,
-        &[
-            "vx",
-            "velocityx",
-            "xvelocity",
-            "velx",
-            "xvel",
-            "speedx",
-            "xspeed",
-            "velocity0",
-            "xdot",
-        ],
-    ),
-    (
-        Role::VelocityY,
-        &[
-            "vy",
-            "velocityy",
-            "yvelocity",
-            "vely",
-            "yvel",
-            "speedy",
-            "yspeed",
-            "velocity1",
-            "ydot",
-        ],
-    ),
+    (Role::VelocityX, velocities!("x", "velocity0")),
+    (Role::VelocityY, velocities!("y", "velocity1")),
     (
         Role::Acceleration,
         &[

@@ -292,12 +292,7 @@ pub(super) fn renumbered(scene: &Scene, ids: &BTreeMap<i64, i64>) -> Scene {
     let obstacle = |o: &Obstacle| {
         let parts = ObstacleParts {
             id: new(o.id),
-            role: o.role,
-            kind: o.kind,
-            footprint: o.footprint.clone(),
-            initial: o.initial.clone(),
-            prediction: o.prediction.clone(),
-            signals: o.signals.clone(),
+            ..o.parts()
         };
         Obstacle::new(parts, dt)
     };

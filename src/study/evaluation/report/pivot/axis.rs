@@ -220,33 +220,27 @@ impl Measure {
     /// Its value of counted answers.
     #[must_use]
     pub fn value(self, cell: &Cell) -> Option<f64> {
-        match self {
-            Self::RightOfAll => cell.right_of_all,
-            Self::F1 => cell.f1,
-            Self::Precision => cell.precision,
-            Self::Recall => cell.recall,
-            Self::Specificity => cell.specificity,
-            Self::Accuracy => cell.accuracy,
-            Self::NamingRecall => cell.naming_recall,
-            Self::NamingPrecision => cell.naming_precision,
-            Self::Seconds => cell.consumption.seconds_median,
-            Self::Cost => cell.consumption.cost_usd,
-        }
+        self.figure(cell).0
     }
 
     /// The interval of 95 % of its value; times and costs have none.
     #[must_use]
     pub fn interval(self, cell: &Cell) -> Option<Interval> {
+        self.figure(cell).1
+    }
+
+    fn figure(self, cell: &Cell) -> (Option<f64>, Option<Interval>) {
         match self {
-            Self::RightOfAll => cell.right_of_all_ci,
-            Self::F1 => cell.f1_ci,
-            Self::Precision => cell.precision_ci,
-            Self::Recall => cell.recall_ci,
-            Self::Specificity => cell.specificity_ci,
-            Self::Accuracy => cell.accuracy_ci,
-            Self::NamingRecall => cell.naming_recall_ci,
-            Self::NamingPrecision => cell.naming_precision_ci,
-            Self::Seconds | Self::Cost => None,
+            Self::RightOfAll => (cell.right_of_all, cell.right_of_all_ci),
+            Self::F1 => (cell.f1, cell.f1_ci),
+            Self::Precision => (cell.precision, cell.precision_ci),
+            Self::Recall => (cell.recall, cell.recall_ci),
+            Self::Specificity => (cell.specificity, cell.specificity_ci),
+            Self::Accuracy => (cell.accuracy, cell.accuracy_ci),
+            Self::NamingRecall => (cell.naming_recall, cell.naming_recall_ci),
+            Self::NamingPrecision => (cell.naming_precision, cell.naming_precision_ci),
+            Self::Seconds => (cell.consumption.seconds_median, None),
+            Self::Cost => (cell.consumption.cost_usd, None),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
+use strum::VariantArray;
 use unicode_width::UnicodeWidthStr;
 
 use super::super::obstacles::{foremost_scores, names_right};
@@ -16,8 +17,8 @@ pub const LABEL: usize = 10;
 /// The built-in judge's name here.
 const BUILT_IN: &str = "built-in";
 
-/// A row of the table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A row of the table, in their order: what tells columns apart comes first, then what geometry judges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, VariantArray)]
 pub enum Row {
     Head,
     /// From where the scene was described.
@@ -28,42 +29,27 @@ pub enum Row {
     Prompt,
     /// Yes or no.
     Says,
+    Who,
+    Risk,
+    /// The built-in judge's verdict on the answer's own window.
+    Truth,
     /// The probability of a yes that the answer states.
     Probability,
     /// The same by log probabilities.
     TokenProbability,
-    Who,
-    /// The built-in judge's verdict on the answer's own window.
-    Truth,
     Steps,
-    Risk,
     Tokens,
     Time,
 }
 
 impl Row {
-    /// The rows that are needed, in their order: what tells columns apart comes first, then what geometry judges.
+    /// The rows that are needed.
     pub fn visible(
         [frames, techniques, prompts]: [bool; 3],
         (stated, tokens): (bool, bool),
         truth: bool,
         measured: bool,
     ) -> Vec<Self> {
-        let all = [
-            Self::Head,
-            Self::Frame,
-            Self::How,
-            Self::Prompt,
-            Self::Says,
-            Self::Who,
-            Self::Risk,
-            Self::Truth,
-            Self::Probability,
-            Self::TokenProbability,
-            Self::Steps,
-            Self::Tokens,
-            Self::Time,
-        ];
         let needed = |row: &Self| match row {
             Self::Frame => frames,
             Self::How => techniques,
@@ -74,7 +60,7 @@ impl Row {
             Self::Tokens | Self::Time => measured,
             _ => true,
         };
-        all.into_iter().filter(needed).collect()
+        Self::VARIANTS.iter().copied().filter(needed).collect()
     }
 
     fn label(self, task: Task) -> String {
