@@ -213,11 +213,17 @@ mod tests {
     }
 
     #[test]
-    fn without_a_recorded_ego_a_driver_who_knows_the_future_is_looked_for() {
+    fn without_a_recorded_ego_the_planner_proves_it_or_a_driver_who_knows_the_future() {
         let folder = tempfile::tempdir().unwrap();
-        let hard = copied(folder.path(), "ZAM_Pedestrian-1_1_T-1");
-        std::fs::remove_file(folder.path().join("v.ego_trajectory.csv")).unwrap();
+        let without_ego = |name: &str| {
+            let hard = copied(folder.path(), name);
+            std::fs::remove_file(folder.path().join("v.ego_trajectory.csv")).unwrap();
+            hard
+        };
+        let hard = without_ego("ZAM_RedLight-1_1_T-1");
         assert_eq!(solver_of(&hard), Some(Solver::Certificate));
+        let hard = without_ego("ZAM_Pedestrian-1_1_T-1");
+        assert_eq!(solver_of(&hard), Some(Solver::Planner));
         let cancel = Cancel::default();
         cancel.ask();
         let cut_short = hardness(&hard, &default_planning(), &cancel).unwrap();
