@@ -124,7 +124,8 @@ fn a_story_ends_with_who_would_have_avoided_it() {
         let decides = |id: &&str| !undecided.contains(&row[*id].as_str().unwrap());
         let (people, closing) = (&IDS[..5], &row["closing_speed"]);
         let count = match (people.iter().any(decides), closing.is_null()) {
-            (false, _) => "No model of a person decides; the ideal driver ".to_string(),
+            (false, true) => "The ego avoids it; no model of a person decides".to_string(),
+            (false, false) => "No model of a person decides; the ideal driver ".to_string(),
             (true, false) => format!("Preventable by {} of {}", row["avoided"], row["decided"]),
             (true, true) => {
                 format!(

@@ -175,8 +175,8 @@ impl PreventabilityRecord {
         self.drivers.iter().find(|verdict| verdict.driver == driver)
     }
 
-    /// `preventable by 4 of 6`, of a near miss `avoided by the ego and 4 of 6`; who disagrees is named. Where no model of a
-    /// person decides, that is said: the ideal driver alone says little.
+    /// `preventable by 4 of 6`, of a near miss `avoided by 4 of 6`; who disagrees is named. Where no model of a person
+    /// decides, that is said: the ideal driver alone says little.
     #[must_use]
     pub fn words(&self) -> String {
         if self.decided == 0 {
@@ -189,14 +189,26 @@ impl PreventabilityRecord {
             };
             return format!("no model of a person decides; the ideal driver {does}");
         }
-        let word = match self.closing_speed {
-            Some(_) => "preventable by",
-            None => "avoided by the ego and",
-        };
-        let count = format!("{word} {} of {}", self.avoided, self.decided);
         match self.disagreement() {
-            Some(words) => format!("{count}; {words}"),
-            None => count,
+            Some(words) => format!("{}; {words}", self.short()),
+            None => self.short(),
+        }
+    }
+
+    /// The same where there is little room: `preventable by 4 of 6`, `ideal avoids it`.
+    #[must_use]
+    pub fn short(&self) -> String {
+        let count = format!("by {} of {}", self.avoided, self.decided);
+        let does = self.by(ideal::MODEL.id).is_some_and(VerdictRecord::avoids);
+        match (
+            self.people().any(VerdictRecord::decides),
+            self.closing_speed,
+        ) {
+            (true, Some(_)) => format!("preventable {count}"),
+            (true, None) => format!("avoided {count}"),
+            (false, _) if self.decided == 0 => "no driver made for it".into(),
+            (false, _) if does => "ideal avoids it".into(),
+            (false, _) => "ideal fails".into(),
         }
     }
 
@@ -208,7 +220,10 @@ impl PreventabilityRecord {
     /// The same as a sentence, with the last moment of each driver that avoids it; `dt`: seconds between two steps.
     #[must_use]
     pub fn sentence(&self, dt: f64) -> String {
-        let words = self.words();
+        let words = match self.closing_speed {
+            Some(_) => self.words(),
+            None => format!("the ego avoids it; {}", self.words()),
+        };
         let mut letters = words.chars();
         let first = letters.next().map(|letter| letter.to_ascii_uppercase());
         let mut told: String = first.into_iter().chain(letters).collect();

@@ -182,6 +182,8 @@ pub(super) fn seen_in_every_theme(
         ("sixteen", &sixteen),
     ] {
         match name {
+            // Only one map is masked, and the strip of a driver has others.
+            "no colour" if what == "drivers" => {}
             "no colour" => {
                 let (other, dark) = (beside_map(other), beside_map(&dark));
                 assert_eq!(other, dark, "{what} at {size:?}, {name}");

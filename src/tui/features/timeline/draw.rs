@@ -96,11 +96,11 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     let dim = Style::new().fg(model.theme.dim);
     if let Some(found) = model.judged_here() {
         // Who disagrees is said where there is room for it.
-        let words = found.words();
-        let count = words.split(';').next().unwrap_or_default();
-        let parts = [&words, count].map(|words| format!(" · {words}"));
+        let whole = found.disagreement().map(|_| found.words());
+        let parts = whole.into_iter().chain([found.short()]);
+        let mut parts = parts.map(|words| format!(" · {words}"));
         let fits = |words: &String| title.width() + words.width() <= room;
-        if let Some(words) = parts.into_iter().find(fits) {
+        if let Some(words) = parts.find(fits) {
             title.push_span(Span::styled(words, dim));
         }
     }
