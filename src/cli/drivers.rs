@@ -280,11 +280,11 @@ fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
         Cell::Integer(found.obstacle),
         Cell::Number(scene.time_of(found.step)),
         encounter.into(),
-        match found.people().any(VerdictRecord::decides) {
-            true => format!("{} of {}", found.avoided, found.decided),
-            false => "no model".into(),
-        }
-        .into(),
+        if found.people().any(VerdictRecord::decides) {
+            format!("{} of {}", found.avoided, found.decided).into()
+        } else {
+            "no model".into()
+        },
     ];
     let drivers = found.drivers.iter().map(|verdict| cell(verdict).into());
     fixed.into_iter().chain(drivers).collect()

@@ -128,10 +128,8 @@ fn a_story_ends_with_who_would_have_avoided_it() {
             (false, false) => "No model of a person decides; the ideal driver ".to_string(),
             (true, false) => format!("Preventable by {} of {}", row["avoided"], row["decided"]),
             (true, true) => {
-                format!(
-                    "Avoided by the ego and {} of {}",
-                    row["avoided"], row["decided"]
-                )
+                let (avoided, decided) = (&row["avoided"], &row["decided"]);
+                format!("The ego avoids it; avoided by {avoided} of {decided}")
             }
         };
         assert!(last.starts_with(&count), "{last}");

@@ -30,9 +30,8 @@ fn family(scene: &Scene) -> EncounterFamily<'_> {
 
 /// The event of an obstacle in a scene.
 fn event(scene: &Scene, obstacle: i64, kind: EventKind) -> Option<Event> {
-    let all = events(scene, RADIUS).into_iter();
-    all.filter(|event| event.obstacle == obstacle && event.manoeuvre == kind)
-        .next_back()
+    let mut all = events(scene, RADIUS).into_iter();
+    all.rfind(|event| event.obstacle == obstacle && event.manoeuvre == kind)
 }
 
 /// The families that can be varied in these ways, with the event of obstacle 301 that leads to the encounter.

@@ -273,9 +273,10 @@ const ROUNDING: f64 = 1e-9;
 /// The speed at which an acceleration ends, m/s: who stands can drive away.
 fn until(acceleration: f64, share: f64, speed: f64) -> f64 {
     let share_of = share * speed;
-    match acceleration > 0.0 {
-        true => share_of.max(speed + 10.0 * (share - 1.0)),
-        false => share_of,
+    if acceleration > 0.0 {
+        share_of.max(speed + 10.0 * (share - 1.0))
+    } else {
+        share_of
     }
 }
 

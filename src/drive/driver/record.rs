@@ -183,9 +183,11 @@ impl PreventabilityRecord {
             return "no driver is made for it".into();
         }
         if !self.people().any(VerdictRecord::decides) {
-            let does = match self.by(ideal::MODEL.id).is_some_and(VerdictRecord::avoids) {
-                true => "avoids it",
-                false => "does not avoid it",
+            let avoids = self.by(ideal::MODEL.id).is_some_and(VerdictRecord::avoids);
+            let does = if avoids {
+                "avoids it"
+            } else {
+                "does not avoid it"
             };
             return format!("no model of a person decides; the ideal driver {does}");
         }
