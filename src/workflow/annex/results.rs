@@ -325,7 +325,7 @@ pub struct AnnexRecord {
     pub program_sha256: String,
     /// The day on which was driven, UTC.
     pub day: String,
-    /// How was planned, by the keys of [planner] in config.toml.
+    /// How was planned, by the keys of `[planner]` in config.toml.
     pub planning: BTreeMap<String, serde_json::Value>,
     /// Everyone who drives.
     pub planners: Vec<PlannerFindings>,
