@@ -168,9 +168,9 @@ pub(super) fn seen_in_every_theme(
     let words = text(&dark);
     // Without colours, bodies on the map are told apart by how they are filled.
     let map = bench.model.drawn.area(crate::model::Pane::Map);
-    // Above the map of a driver stands that of the ego.
+    // Above the map of a driver, or left of it, stands that of the ego.
     let map = map.map(|map| match what {
-        "drivers" => ratatui::layout::Rect::new(map.x, 1, map.width, map.bottom() - 1),
+        "drivers" => ratatui::layout::Rect::new(0, 1, map.right(), map.bottom() - 1),
         _ => map,
     });
     let beside_map = |buffer: &Buffer| {
