@@ -26,17 +26,13 @@ fn encounters(entries: &[Entry]) -> Vec<(Scene, CriticalMoment)> {
 }
 
 fn judged((scene, moment): &(Scene, CriticalMoment)) -> Option<Preventability> {
-    let field = Field::around(scene, moment.step)?;
-    Some(Preventability::in_field(
-        &field,
-        moment.obstacle,
-        moment.step,
-    ))
+    let field = Field::around(scene, moment.obstacle, moment.step)?;
+    Some(Preventability::of(&field))
 }
 
 fn with_moments((scene, moment): &(Scene, CriticalMoment)) -> Option<Preventability> {
-    let field = Field::around(scene, moment.step)?;
-    let found = Preventability::in_field(&field, moment.obstacle, moment.step);
+    let field = Field::around(scene, moment.obstacle, moment.step)?;
+    let found = Preventability::of(&field);
     Some(found.with_last_moments(&field))
 }
 

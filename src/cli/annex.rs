@@ -7,7 +7,7 @@ use nearmiss_record::CaptionedTable;
 use nearmiss_scene::scenario::ContentHash;
 use nearmiss_settings::TextFile;
 use nearmiss_study::evaluation::AnswerPage;
-use nearmiss_workflow::annex::{Annex, SafetyRequirement, held};
+use nearmiss_workflow::annex::{Annex, PlannerFindings, Role, SafetyRequirement, held};
 use nearmiss_workflow::{read_events, selected};
 
 use super::ending::interrupted;
@@ -126,14 +126,22 @@ pub fn run(arguments: &AnnexArguments) -> Outcome {
     for (target, format) in files {
         target.save(written(&annex, format)?.as_bytes())?;
     }
+    let planners = annex.planners();
+    let held: Vec<&PlannerFindings> = { planners.iter() }
+        .filter(|one| one.role == Role::Planner)
+        .collect();
     if arguments.format.is_json() {
         output::json(&annex.record())?;
     } else {
-        let table = CaptionedTable::of("", "", &annex.planners()).map_err(Failure::input)?;
-        let sentences = annex.sentences().join("\n");
-        output::text(&format!("{}\n{sentences}\n", table.text()))?;
+        let table = CaptionedTable::of("", "", &planners).map_err(Failure::input)?;
+        let sentences = held.iter().map(|one| one.sentence() + "\n");
+        output::text(&format!(
+            "{}\n{}",
+            table.text(),
+            sentences.collect::<String>()
+        ))?;
     }
-    verdict(&annex)
+    verdict(&annex, &held)
 }
 
 /// The files, begun before anything is driven.
@@ -182,8 +190,11 @@ fn written(annex: &Annex, format: AnnexFormat) -> Result<String, Failure> {
     })
 }
 
-fn verdict(annex: &Annex) -> Outcome {
-    let (failing, open, missed) = (annex.failing(), annex.open(), annex.missed.len());
+fn verdict(annex: &Annex, held: &[&PlannerFindings]) -> Outcome {
+    let failing = held.iter().filter(|one| one.met == Some(false));
+    let failing: Vec<&str> = failing.map(|one| one.planner.as_str()).collect();
+    let open: usize = held.iter().map(|one| one.open).sum();
+    let missed = annex.missed.len();
     if failing.is_empty() && open == 0 && missed == 0 {
         return Ok(());
     }

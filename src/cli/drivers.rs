@@ -12,7 +12,7 @@ use super::open::{EgoChoice, found, scene_and_doubts, thresholds_in_use};
 use super::output::{self, OutputFile, PageFormat};
 use super::{Failure, Outcome, json};
 use nearmiss_drive::driver::family::Family;
-use nearmiss_drive::driver::{DRIVERS, DriverRecord, VerdictRecord};
+use nearmiss_drive::driver::{DRIVERS, DriverOutcome, DriverRecord, VerdictRecord};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_record::{Cell, Column, Kind, Row, text_table};
 use nearmiss_render::Format as PictureFormat;
@@ -263,16 +263,16 @@ fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
         Some(speed) => format!("{severity} {speed:.1} m/s"),
         None => severity.to_owned(),
     };
-    let cell = |verdict: &VerdictRecord| match (verdict.result.as_str(), verdict.closing_speed) {
-        ("not_made_for", _) => "n/a".to_owned(),
-        ("hit_from_behind", _) => "behind".to_owned(),
+    let cell = |verdict: &VerdictRecord| match (verdict.result, verdict.closing_speed) {
+        (DriverOutcome::NotMadeFor, _) => "n/a".to_owned(),
+        (DriverOutcome::HitFromBehind, _) => "behind".to_owned(),
         (_, Some(speed)) => format!("hits {speed:.1} m/s"),
         _ => match verdict.last_moment_step {
             Some(last) if last <= found.from_step => {
                 format!("≥{:.1} s", (found.step - last) as f64 * scene.scenario.dt())
             }
             Some(last) => format!("{:.1} s", (found.step - last) as f64 * scene.scenario.dt()),
-            None => verdict.result.clone(),
+            None => verdict.result.name().into(),
         },
     };
     let fixed = [

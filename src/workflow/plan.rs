@@ -244,6 +244,17 @@ pub(super) fn prepared_ego(prepared: &PreparedPlan, drive: &Rollout) -> Ego {
 }
 
 impl PreparedPlan {
+    /// The scenario as it was opened.
+    #[must_use]
+    pub fn opened(&self) -> OpenedScene {
+        let missing = || self.missing.clone().unwrap_or(MissingEgo::NotRecorded);
+        OpenedScene {
+            scenario: Arc::clone(&self.scenario),
+            scene: self.recorded.clone().ok_or_else(missing),
+            stands_in: false,
+        }
+    }
+
     /// The same, planned by this planner; by the built-in one where none is named.
     #[must_use]
     pub fn driven_by(self, planner: Option<Arc<ExternalPlanner>>) -> Self {

@@ -5,6 +5,9 @@ use std::fs;
 use serde_json::Value;
 
 use super::support::program::Home;
+use super::{bundled_ego, bundled_xml};
+
+const OVERTAKING: &str = "ZAM_Overtaking-1_1_T-1";
 
 const FILE: &str = "\
 id = \"A-1\"
@@ -160,6 +163,9 @@ fn mistakes_are_told_with_their_place() {
     home.run(&["annex", &shown, "-o", &shown, "--overwrite"])
         .status(2)
         .says(&["unknown file extension"]);
+    home.run(&["annex", &shown, "-o", "b.html", "-o", "b.html"])
+        .status(2)
+        .says(&["b.html: named twice"]);
     let schema = home
         .run(&["help", "requirements", "--schema", "requirement"])
         .status(0)
@@ -169,4 +175,35 @@ fn mistakes_are_told_with_their_place() {
         schema["properties"]["planning"]["properties"]["traffic"].is_object(),
         "{schema}"
     );
+}
+
+/// One scenario that cannot be driven keeps the requirement from being met as a whole.
+#[test]
+fn what_is_not_driven_leaves_the_result_open() {
+    let home = Home::new();
+    let (xml, ego) = (bundled_xml(OVERTAKING), bundled_ego(OVERTAKING));
+    let (from, to) = ("<planningProblem", "</planningProblem>");
+    let problem = xml.find(from).unwrap()..xml.find(to).unwrap() + to.len();
+    home.write("all/without.xml", xml.replace(&xml[problem], ""));
+    home.write("all/whole.xml", &xml);
+    home.write("all/whole.ego_trajectory.csv", ego);
+    let file = |scenarios: &str| {
+        let text = format!("{FILE}planners = [\"idm\"]\n");
+        text.replace(
+            "\"ZAM_Overtaking-1_1_T-1\", \"ZAM_CutIn-1_1_T-1\"",
+            scenarios,
+        )
+    };
+    home.write("a.toml", file("\"all/whole.xml\""));
+    home.run(&["annex", "a.toml"]).status(0);
+    home.write("a.toml", file("\"all\""));
+    let run = home.run(&["annex", "a.toml", "--format", "json"]).status(1);
+    let run = run.says(&["without.xml", "1 scenario not driven"]);
+    let annex: Value = serde_json::from_str(&run.stdout).unwrap();
+    let idm = list(&annex, "planners")
+        .iter()
+        .find(|one| one["planner"] == "idm")
+        .unwrap();
+    assert_eq!((&idm["met"], &idm["no_contact"]), (&Value::Null, &1.into()));
+    assert_eq!(annex["missed"].as_array().unwrap().len(), 1);
 }

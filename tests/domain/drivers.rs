@@ -209,11 +209,11 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
     let mut times = Vec::new();
     for one in &all {
         let began = Instant::now();
-        let Some(field) = Field::around(&one.scene, one.step) else {
+        let Some(field) = Field::around(&one.scene, one.obstacle, one.step) else {
             continue;
         };
         prepared += began.elapsed();
-        let found = Preventability::in_field(&field, one.obstacle, one.step);
+        let found = Preventability::of(&field);
         let took = began.elapsed();
         whole += took;
         times.push(took);
@@ -232,7 +232,7 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
                 .entry((
                     format!("{kind} {:?}", one.grade),
                     verdict.driver.id,
-                    verdict.result.word(),
+                    verdict.result.outcome().name(),
                 ))
                 .or_default() += 1;
         }
@@ -318,10 +318,10 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
 fn another_future_changes_nothing_that_was_done_before() {
     let Some(all) = encounters() else { return };
     let mut compared = 0;
-    for one in all.iter().step_by(5) {
+    for one in all.iter().step_by(2) {
         let scene = &one.scene;
         let dt = scene.scenario.dt();
-        let Some(field) = Field::around(scene, one.step) else {
+        let Some(field) = Field::around(scene, one.obstacle, one.step) else {
             continue;
         };
         for now in [one.step - 20, one.step - 10, one.step - 4] {
@@ -356,7 +356,7 @@ fn another_future_changes_nothing_that_was_done_before() {
                 scenario: Arc::new(changed),
                 ego: scene.ego.clone(),
             };
-            let Some(with_other) = Field::around(&other, one.step) else {
+            let Some(with_other) = Field::around(&other, one.obstacle, one.step) else {
                 continue;
             };
             for driver in DRIVERS.iter().filter(|driver| driver.id != "ideal") {

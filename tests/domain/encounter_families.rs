@@ -85,10 +85,14 @@ fn the_recorded_encounter_is_a_case() {
             assert_eq!(family.recorded()[..2], measured);
         }
         let judged = family.judge(&family.recorded()).unwrap();
-        let field = Field::around(&scene, judged.step).unwrap();
-        let before = Preventability::in_field(&field, OBSTACLE, judged.step);
+        let field = Field::around(&scene, OBSTACLE, judged.step).unwrap();
+        let before = Preventability::of(&field);
         let words = |found: &Preventability| -> Vec<&str> {
-            found.verdicts.iter().map(|v| v.result.word()).collect()
+            found
+                .verdicts
+                .iter()
+                .map(|v| v.result.outcome().name())
+                .collect()
         };
         assert_eq!(words(&judged), words(&before));
     }

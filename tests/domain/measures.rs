@@ -3,6 +3,7 @@
 
 mod contacts;
 mod definitions;
+mod encounters;
 mod events;
 mod expected;
 mod impacts;

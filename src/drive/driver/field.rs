@@ -9,12 +9,18 @@ use nearmiss_scene::scenario::{Motion, Participant, Scene};
 use super::competent::WANDERING;
 use super::ideal::FARTHEST;
 use super::model::{EXPECTATION, Seen, surprise};
-use super::ride::Spot;
+use super::ride::{Spot, Touch};
 
-/// A stretch of a recording along the path of its ego.
+/// An encounter of the ego with an obstacle: the stretch of the recording around it, along the ego's path.
 #[derive(Debug)]
 pub struct Field<'s> {
     pub(super) scene: &'s Scene,
+    /// The other in it.
+    pub(super) obstacle: i64,
+    /// Its step: of the contact, or of a near miss its most severe one.
+    pub(super) event: i64,
+    /// The ego's own contact with the obstacle; `None` of a near miss.
+    pub(super) contact: Option<Touch>,
     pub(super) lookout: Lookout,
     /// The ego, recorded: arc length (m) and speed (m/s) at each step from `first` on.
     pub(super) ego: Vec<(f64, f64)>,
@@ -108,9 +114,11 @@ const EVALUATION: f64 = 0.4;
 const HIDING: f64 = 0.7;
 
 impl<'s> Field<'s> {
-    /// The field around an event at a step: from 5 s before it to 4 s after it. `None` where the ego is not there.
+    /// The field around the ego's encounter with an obstacle that is worst at a step: from 5 s before it to 4 s after it, or
+    /// until the ego touches another one, which is another encounter. `None` where the ego is not there before, or touched
+    /// another one before.
     #[must_use]
-    pub fn around(scene: &'s Scene, event: i64) -> Option<Self> {
+    pub fn around(scene: &'s Scene, obstacle: i64, event: i64) -> Option<Self> {
         let dt = scene.scenario.dt();
         let steps = |seconds: f64| (seconds / dt).round() as i64;
         let recorded = scene.steps();
@@ -136,6 +144,9 @@ impl<'s> Field<'s> {
         let ego: Vec<(f64, f64)> = ego.collect::<Option<_>>()?;
         let mut field = Self {
             scene,
+            obstacle,
+            event,
+            contact: None,
             lookout: Lookout::new(path, scene.ego_footprint_at(event), dt),
             ego,
             first,
@@ -147,19 +158,14 @@ impl<'s> Field<'s> {
         };
         field.others = field.look_around();
         field.near = field.find_near();
-        Some(field)
-    }
-
-    /// The field around the ego's encounter with an obstacle that is worst at a step. It ends before the ego touches another
-    /// one: that is another encounter. `None` where the ego is not there before, or touched another one before.
-    #[must_use]
-    pub fn of_encounter(scene: &'s Scene, obstacle: i64, step: i64) -> Option<Self> {
-        let mut field = Self::around(scene, step)?;
-        match field.recorded().touch {
-            Some(touch) if touch.obstacle == obstacle => {}
-            Some(touch) if touch.step <= step => return None,
-            Some(touch) => field.last = touch.step - 1,
-            None => {}
+        let own = field.recorded();
+        if let Some(touch) = own.touch {
+            field.contact = field.last_touch_with(obstacle, &own);
+            match field.contact {
+                Some(_) => {}
+                None if touch.step <= event => return None,
+                None => field.last = touch.step - 1,
+            }
         }
         Some(field)
     }
@@ -171,12 +177,7 @@ impl<'s> Field<'s> {
             return Vec::new();
         };
         // In the frame of the path's beginning: how the map lies must not decide who is looked at.
-        let (ahead, left) = (from.heading.sin_cos(), from.left());
-        let ahead = Vector::new(ahead.1, ahead.0);
-        let local = |p: &Point| {
-            let way = p - from.position;
-            Point::new(way.dot(&ahead), way.dot(&left))
-        };
+        let local = |p: &Point| from.to_local(p);
         let points = places.filter_map(|s| self.lookout.path.at(s));
         let bounds = points.fold(None, |bounds: Option<(Point, Point)>, pose| {
             let p = local(&pose.position);

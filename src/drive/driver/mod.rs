@@ -20,7 +20,7 @@ mod surprise;
 pub(crate) use field::Lookout;
 pub use field::{Field, Place};
 pub use model::{Driver, DriverModel, NotMadeFor, Now, Parameter, Seen};
-pub use preventability::{DriverResult, DriverVerdict, Preventability};
+pub use preventability::{DriverOutcome, DriverResult, DriverVerdict, Preventability};
 pub use record::{DriverRecord, ParameterRecord, PreventabilityRecord, VerdictRecord};
 pub use ride::{Ride, RideState, Spot, Touch};
 

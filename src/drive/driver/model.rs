@@ -54,7 +54,7 @@ pub enum NotMadeFor {
     Curve,
 }
 
-nearmiss_record::named!(NotMadeFor);
+nearmiss_record::named!(NotMadeFor, "kind of encounter");
 
 impl NotMadeFor {
     /// In words, after "not made for".
@@ -175,5 +175,24 @@ impl Foot {
     pub fn press(&mut self, jerk: f64, most: f64, dt: f64) -> f64 {
         self.deceleration = (self.deceleration + jerk * dt).min(most);
         -self.deceleration
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Foot;
+
+    #[test]
+    fn a_delay_is_as_many_steps_as_it_has() {
+        for (delay, dt, steps) in [
+            (0.35, 0.05, 7),
+            (0.35, 0.1, 4),
+            (0.75, 0.1, 8),
+            (0.75, 0.05, 15),
+        ] {
+            let mut foot = Foot::after(delay);
+            let late = (0..100).take_while(|_| foot.is_late(dt)).count();
+            assert_eq!(late, steps, "{delay} s in steps of {dt} s");
+        }
     }
 }

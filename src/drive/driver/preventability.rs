@@ -1,6 +1,7 @@
 //! Which drivers would have avoided a contact or near miss, and until when they could.
 
 use nearmiss_scene::scenario::ObstacleType;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::field::Field;
 use super::model::{DriverModel, NotMadeFor};
@@ -52,6 +53,33 @@ pub enum DriverResult {
     NotMadeFor(NotMadeFor),
 }
 
+/// What comes of a driver, without the contact.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
+pub enum DriverOutcome {
+    /// See [`DriverResult::Avoided`].
+    Avoided,
+    /// See [`DriverResult::Mitigated`].
+    Mitigated,
+    /// See [`DriverResult::NotAvoided`].
+    NotAvoided,
+    /// See [`DriverResult::HitFromBehind`].
+    HitFromBehind,
+    /// See [`DriverResult::NotMadeFor`].
+    #[default]
+    NotMadeFor,
+}
+
+nearmiss_record::named!(DriverOutcome, "outcome");
+
+impl DriverOutcome {
+    /// Whether it decides: avoided or not.
+    #[must_use]
+    pub fn decides(self) -> bool {
+        !matches!(self, Self::HitFromBehind | Self::NotMadeFor)
+    }
+}
+
 /// A contact that is slower by this is mitigated, m/s.
 const SLOWER: f64 = 0.5;
 
@@ -69,15 +97,15 @@ const STANDING: f64 = 0.5;
 const CURVE: f64 = 20.0 * std::f64::consts::PI / 180.0;
 
 impl DriverResult {
-    /// Its word in documents and tables.
+    /// The same without the contact.
     #[must_use]
-    pub fn word(&self) -> &'static str {
+    pub fn outcome(&self) -> DriverOutcome {
         match self {
-            Self::Avoided => "avoided",
-            Self::Mitigated(_) => "mitigated",
-            Self::NotAvoided(_) => "not_avoided",
-            Self::HitFromBehind(_) => "hit_from_behind",
-            Self::NotMadeFor(_) => "not_made_for",
+            Self::Avoided => DriverOutcome::Avoided,
+            Self::Mitigated(_) => DriverOutcome::Mitigated,
+            Self::NotAvoided(_) => DriverOutcome::NotAvoided,
+            Self::HitFromBehind(_) => DriverOutcome::HitFromBehind,
+            Self::NotMadeFor(_) => DriverOutcome::NotMadeFor,
         }
     }
 
@@ -95,19 +123,18 @@ impl DriverResult {
     /// Whether it decides: avoided or not.
     #[must_use]
     pub fn decides(&self) -> bool {
-        !matches!(self, Self::HitFromBehind(_) | Self::NotMadeFor(_))
+        self.outcome().decides()
     }
 }
 
 impl Preventability {
-    /// What drivers make of the encounter with an obstacle that is worst at `step`, in a field around that step.
+    /// What drivers make of an encounter.
     ///
     /// Each takes the wheel 5 s before, or where the recording begins, and is looked at until 4 s after it.
     #[must_use]
-    pub fn in_field(field: &Field<'_>, obstacle: i64, step: i64) -> Self {
-        let recorded = field.recorded();
-        let contact = recorded.touch;
-        let kinds = field.kinds(obstacle, step, contact.as_ref());
+    pub fn of(field: &Field<'_>) -> Self {
+        let contact = field.contact;
+        let kinds = field.kinds();
         let from = field.first;
         let result = |ride: &Ride| match (ride.touch, contact) {
             (None, _) => DriverResult::Avoided,
@@ -148,8 +175,8 @@ impl Preventability {
             .chain([own]);
         let least = decided.min_by(|a, b| speed(a).total_cmp(&speed(b)));
         let mut found = Self {
-            obstacle,
-            step,
+            obstacle: field.obstacle,
+            step: field.event,
             from,
             contact,
             verdicts,
@@ -178,7 +205,7 @@ impl Preventability {
     pub fn with_last_moments(mut self, field: &Field<'_>) -> Self {
         for verdict in &mut self.verdicts {
             if !matches!(verdict.result, DriverResult::NotMadeFor(_)) {
-                verdict.last_moment = field.last_moment(verdict.driver, self.step);
+                verdict.last_moment = field.last_moment(verdict.driver);
             }
         }
         // The ideal driver can do what any other does.
@@ -223,15 +250,15 @@ impl Field<'_> {
         }
     }
 
-    /// The last step before `event` at which a driver can take the wheel and no contact follows.
+    /// The last step before the encounter at which a driver can take the wheel and no contact follows.
     #[must_use]
-    pub fn last_moment(&self, driver: &DriverModel, event: i64) -> Option<i64> {
+    pub fn last_moment(&self, driver: &DriverModel) -> Option<i64> {
         let steps = self.steps();
         let avoids = |step: i64| {
             let ride = self.ride_of(driver, step);
             ride.is_some_and(|ride| ride.touch.is_none())
         };
-        let end = steps.end.min(event);
+        let end = steps.end.min(self.event);
         if driver.begin.is_some() {
             return (steps.start..end).rev().find(|step| avoids(*step));
         }
@@ -250,7 +277,8 @@ impl Field<'_> {
     }
 
     /// What kinds of conflict it is that models may not be made for.
-    fn kinds(&self, obstacle: i64, step: i64, contact: Option<&Touch>) -> Vec<NotMadeFor> {
+    fn kinds(&self) -> Vec<NotMadeFor> {
+        let (obstacle, step, contact) = (self.obstacle, self.event, self.contact.as_ref());
         let mut kinds = Vec::new();
         let mut all = self.scene.participants();
         let Some(other) = all.find(|one| one.obstacle.id == obstacle) else {

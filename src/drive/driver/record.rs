@@ -5,7 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use nearmiss_scene::scenario::Scene;
 
-use super::{DriverModel, DriverResult, DriverVerdict, Field, NotMadeFor, Preventability, ideal};
+use super::{
+    DriverModel, DriverOutcome, DriverResult, DriverVerdict, Field, NotMadeFor, Preventability,
+    ideal,
+};
 
 /// A driver: what it is, for programs.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -86,10 +89,10 @@ pub struct PreventabilityRecord {
 pub struct VerdictRecord {
     /// Its id.
     pub driver: String,
-    /// avoided, mitigated, not_avoided, hit_from_behind or not_made_for.
-    pub result: String,
+    /// What comes of it.
+    pub result: DriverOutcome,
     /// What it is not made for.
-    pub not_made_for: Option<String>,
+    pub not_made_for: Option<NotMadeFor>,
     /// The step at which it first reacts.
     pub reacts_step: Option<i64>,
     /// Closing speed at its contact.
@@ -119,9 +122,9 @@ impl From<&DriverVerdict> for VerdictRecord {
         let result = &verdict.result;
         Self {
             driver: verdict.driver.id.into(),
-            result: result.word().into(),
+            result: result.outcome(),
             not_made_for: match result {
-                DriverResult::NotMadeFor(kind) => Some(kind.name().into()),
+                DriverResult::NotMadeFor(kind) => Some(*kind),
                 _ => None,
             },
             reacts_step: verdict.reacts,
@@ -135,24 +138,22 @@ impl VerdictRecord {
     /// Whether it avoids contact.
     #[must_use]
     pub fn avoids(&self) -> bool {
-        self.result == DriverResult::Avoided.word()
+        self.result == DriverOutcome::Avoided
     }
 
     /// Why it decides nothing, in words; nothing where it does.
     #[must_use]
     pub fn why_undecided(&self) -> Option<String> {
-        let Some(kind) = &self.not_made_for else {
-            return (!self.decides()).then(|| format!("{} is hit from behind", self.driver));
-        };
-        let words = NotMadeFor::parse(kind).map(NotMadeFor::words);
-        let words = words.unwrap_or(kind);
-        Some(format!("{} is not made for {words}", self.driver))
+        match self.not_made_for {
+            Some(kind) => Some(format!("{} is not made for {}", self.driver, kind.words())),
+            None => (!self.decides()).then(|| format!("{} is hit from behind", self.driver)),
+        }
     }
 
     /// Whether it decides: made for it, and not hit from behind.
     #[must_use]
     pub fn decides(&self) -> bool {
-        !["not_made_for", "hit_from_behind"].contains(&self.result.as_str())
+        self.result.decides()
     }
 }
 
@@ -161,8 +162,8 @@ impl PreventabilityRecord {
     /// a certificate says that the ideal one avoids it. `None` where the ego is not there before, or touched another one.
     #[must_use]
     pub fn of(scene: &Scene, obstacle: i64, step: i64, is_certified: bool) -> Option<Self> {
-        let field = Field::of_encounter(scene, obstacle, step)?;
-        let mut found = Preventability::in_field(&field, obstacle, step);
+        let field = Field::around(scene, obstacle, step)?;
+        let mut found = Preventability::of(&field);
         if is_certified {
             found.ideal_avoids();
         }

@@ -254,6 +254,21 @@ impl Field<'_> {
         first.map(|(_, touch)| touch)
     }
 
+    /// The contact with an obstacle on the last step of a ride: it may touch another one in the same step first.
+    pub(super) fn last_touch_with(&self, obstacle: i64, ride: &Ride) -> Option<Touch> {
+        let [.., was, now] = &ride.states[..] else {
+            return ride.touch.filter(|touch| touch.obstacle == obstacle);
+        };
+        let (mut found, spots) = (None, [&was.spot, &now.spot]);
+        self.each_near(was.step, spots, |other, ends| {
+            if other.participant.obstacle.id == obstacle {
+                let ways = [(spots[0], ends[0]), (spots[1], ends[1])];
+                found = self.touch_with(other, was.step, ways);
+            }
+        });
+        found.map(|(_, touch)| touch)
+    }
+
     /// Whether there is a contact on the way from a step to the next, and the least closing speed (m/s) that it may have.
     pub(super) fn least_closing_speed(&self, step: i64, was: &Spot, now: &Spot) -> Option<f64> {
         let at = usize::try_from(step + 1 - self.first).ok()?;

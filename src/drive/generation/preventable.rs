@@ -48,11 +48,8 @@ impl Effect {
         }
         let scene = self.scene(closed);
         let judged = self.encounter().and_then(|(obstacle, step)| {
-            Some(Preventability::in_field(
-                &Field::of_encounter(&scene, obstacle, step)?,
-                obstacle,
-                step,
-            ))
+            let field = Field::around(&scene, obstacle, step)?;
+            Some(Preventability::of(&field))
         });
         judged.is_some_and(|found| drivers.iter().all(|id| found.is_avoided_by(id)))
     }

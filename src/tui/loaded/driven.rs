@@ -23,7 +23,9 @@ pub struct DriverDrive {
 pub struct DriverSeat {
     /// The driver, by its place in [`DRIVERS`].
     pub driver: usize,
-    /// The step of the encounter.
+    /// The obstacle of the encounter.
+    pub obstacle: i64,
+    /// Its step.
     pub step: i64,
     /// The scene.
     pub scene: Arc<Scene>,
@@ -34,11 +36,11 @@ pub struct DriverSeat {
 }
 
 impl DriverSeat {
-    /// Drives: as the ego until the driver takes the wheel, then its ride until it ends. `None` where nobody can drive.
+    /// Drives: as the ego until the driver takes the wheel, then its ride until it ends. `None` where there is no time before.
     #[must_use]
     pub fn drive(&self) -> Option<DriverDrive> {
         let scene = &self.scene;
-        let field = Field::around(scene, self.step)?;
+        let field = Field::around(scene, self.obstacle, self.step)?;
         let from = field.steps().start;
         let ride = field.ride_of(&DRIVERS[self.driver], from)?;
         let scenario = Arc::clone(&scene.scenario);

@@ -43,7 +43,7 @@ const TERMS: &[(&str, &str)] = &[
     ),
     (
         "preventable, unpreventable",
-        "this driver avoids the contact in the planner's seat, or does not; no model proves that nobody could",
+        "this driver avoids the contact in the planner's seat, or does not; no model proves that none could",
     ),
     (
         "mitigation",
@@ -85,45 +85,40 @@ fn words(caption: &str, name: &str, titles: &[&str], rows: Vec<Vec<String>>) -> 
     }
 }
 
-/// The result of a planner in a sentence.
-fn sentence(one: &PlannerFindings) -> String {
-    let mut parts = vec![
-        format!("{} reach the goal", one.goal),
-        format!("{} without contact", one.no_contact),
-    ];
-    let counts = [
-        (
-            one.unpreventable,
-            "with a contact that the driver does not avoid either",
-        ),
-        (one.harder, "with such a contact, harder than the driver's"),
-        (one.preventable, "with a contact that the driver avoids"),
-        (one.open, "open"),
-    ];
-    let told = counts.iter().filter(|(count, _)| *count > 0);
-    parts.extend(told.map(|(count, words)| format!("{count} {words}")));
-    let verdict = match one.met {
-        Some(true) => "met",
-        Some(false) => "not met",
-        None => "open",
-    };
-    format!(
-        "{}: {verdict}. Of {} drives: {}.",
-        one.planner,
-        one.drives,
-        parts.join(", ")
-    )
+impl PlannerFindings {
+    /// The result in a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let mut parts = vec![
+            format!("{} reach the goal", self.goal),
+            format!("{} without contact", self.no_contact),
+        ];
+        let counts = [
+            (
+                self.unpreventable,
+                "with a contact that the driver does not avoid either",
+            ),
+            (self.harder, "with such a contact, harder than the driver's"),
+            (self.preventable, "with a contact that the driver avoids"),
+            (self.open, "open"),
+        ];
+        let told = counts.iter().filter(|(count, _)| *count > 0);
+        parts.extend(told.map(|(count, words)| format!("{count} {words}")));
+        let verdict = match self.met {
+            Some(true) => "met",
+            Some(false) => "not met",
+            None => "open",
+        };
+        format!(
+            "{}: {verdict}. Of {} drives: {}.",
+            self.planner,
+            self.drives,
+            parts.join(", ")
+        )
+    }
 }
 
 impl Annex {
-    /// The result of each planner, in a sentence.
-    #[must_use]
-    pub fn sentences(&self) -> Vec<String> {
-        let planners = self.planners().into_iter();
-        let held = planners.filter(|one| one.role == Role::Planner);
-        held.map(|one| sentence(&one)).collect()
-    }
-
     /// The annex for people.
     #[must_use]
     pub fn document(&self) -> Document {
@@ -155,9 +150,10 @@ impl Annex {
             )));
         }
         blocks.push(heading("Results"));
-        blocks.extend(self.sentences().into_iter().map(text));
-        blocks.extend(self.cautions().into_iter().map(text));
         let planners = self.planners();
+        let held = planners.iter().filter(|one| one.role == Role::Planner);
+        blocks.extend(held.map(|one| text(one.sentence())));
+        blocks.extend(self.cautions().into_iter().map(text));
         let caption = "Planners, and drivers and baselines for comparison";
         blocks.extend(table(caption, "planners", &planners).map(Block::Table));
         blocks.extend(self.findings());
@@ -200,7 +196,7 @@ impl Annex {
             .flat_map(|held| held.drives.clone())
             .collect();
         blocks.extend(table("Every drive", "drives", &drives).map(Block::Table));
-        blocks.extend(self.environment());
+        blocks.extend(self.environment(&planners));
         blocks.push(heading("What it does not show"));
         blocks.push(text(self.traffic().into()));
         blocks.extend(LIMITS.iter().map(|limit| text((*limit).into())));
@@ -237,7 +233,7 @@ impl Annex {
         }));
         if !self.missed.is_empty() {
             found.push(format!(
-                "{} could not be driven by everyone: nothing is met as a whole.",
+                "{} could not be driven by all: nothing is met as a whole.",
                 counted(self.missed.len(), "scenario")
             ));
         }
@@ -291,7 +287,7 @@ impl Annex {
     }
 
     /// Program, settings, planners, drivers, hashes.
-    fn environment(&self) -> Vec<Block> {
+    fn environment(&self, planners: &[PlannerFindings]) -> Vec<Block> {
         let provenance = self.provenance();
         let mut facts: Vec<Vec<String>> = vec![
             vec!["program".into(), provenance.program.clone()],
@@ -350,10 +346,10 @@ impl Annex {
             "intervals".into(),
             format!("95 %, scenarios on one map together, from {FEWEST} on; percentile bootstrap ({RESAMPLES} resamples, seed {SEED}) or Wilson"),
         ]);
-        let identities = self
-            .planners()
-            .into_iter()
-            .filter_map(|one| Some(vec![format!("planner {}", one.planner), one.identity?]));
+        let identities = planners.iter().filter_map(|one| {
+            let identity = one.identity.clone()?;
+            Some(vec![format!("planner {}", one.planner), identity])
+        });
         facts.extend(identities);
         facts.extend(
             self.planning()

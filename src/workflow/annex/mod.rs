@@ -102,7 +102,7 @@ impl SafetyRequirement {
         schema.into()
     }
 
-    /// Everyone who drives: the planners, then the drivers that have a rule and the baselines, those that are named as
+    /// All that drive: the planners, then the drivers that have a rule and the baselines, those that are named as
     /// planners left out.
     ///
     /// # Errors

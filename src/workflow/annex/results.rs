@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use nearmiss_base::system::counted;
-use nearmiss_drive::driver::{DRIVERS, PreventabilityRecord};
+use nearmiss_drive::driver::{DRIVERS, DriverOutcome, PreventabilityRecord};
 use nearmiss_drive::generation::PlannerIdentity;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
-use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_formats::Entry;
 use nearmiss_record::Record;
 use nearmiss_render::{Figure, FigureOptions, MapExtent, PIXEL, Subject, svg};
 use nearmiss_scene::metrics::Thresholds;
@@ -25,12 +25,12 @@ use crate::drive::{
     standings, thousandths,
 };
 use crate::{
-    EventFilter, INDEX_RADIUS, IndexedEvents, OpenRequest, Overview, PlanError, RateLike,
-    ScenarioEvent, StandIn, VariantOrigin, Verdicts, country_code, open, prepare_beside,
-    rates_like, scenario_events,
+    EventFilter, INDEX_RADIUS, IndexedEvents, OpenedScene, Overview, PlanError, RateLike,
+    ScenarioEvent, VariantOrigin, Verdicts, country_code, prepare_beside, rates_like,
+    scenario_events,
 };
 
-/// Why someone drives.
+/// Why a planner, driver or baseline drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case")]
 pub enum Role {
@@ -79,8 +79,8 @@ impl Finding {
         drivers: Option<&PreventabilityRecord>,
         id: &str,
     ) -> (Self, String) {
-        // A drive that no vehicle can do shows nothing; what was recorded was driven.
-        if driven.is_beyond_vehicle() == Some(true) && !driven.is_recorded {
+        // A drive that no vehicle can do shows nothing.
+        if driven.is_beyond_vehicle() == Some(true) {
             let beyond = driven.drive.undrivable().len();
             return (
                 Self::Open,
@@ -103,11 +103,11 @@ impl Finding {
         if verdict.avoids() {
             return (Self::Preventable, String::new());
         }
-        match verdict.why_undecided() {
-            Some(why) => (Self::Open, why),
-            // As hard as that of the driver, or harder.
-            None if verdict.result == "mitigated" => (Self::Harder, String::new()),
-            None => (Self::Unpreventable, String::new()),
+        match (verdict.why_undecided(), verdict.result) {
+            (Some(why), _) => (Self::Open, why),
+            // The driver's is slower.
+            (None, DriverOutcome::Mitigated) => (Self::Harder, String::new()),
+            (None, _) => (Self::Unpreventable, String::new()),
         }
     }
 }
@@ -327,7 +327,7 @@ pub struct AnnexRecord {
     pub day: String,
     /// How was planned, by the keys of `[planner]` in config.toml.
     pub planning: BTreeMap<String, serde_json::Value>,
-    /// Everyone who drives.
+    /// All planners, drivers and baselines.
     pub planners: Vec<PlannerFindings>,
     /// Outcomes, harm, and paired differences to the first planner.
     pub standings: Vec<StandingRecord>,
@@ -349,7 +349,7 @@ pub struct AnnexRecord {
 const PICTURE: (f64, f64) = (480.0 * PIXEL, 300.0 * PIXEL);
 const SEEN: MapExtent = MapExtent::Ego { width: 70.0 };
 
-/// Drives a scenario with everyone and holds each drive to the requirement; nothing where `cancel` asked for an end.
+/// Drives a scenario with all planners, drivers and baselines, and holds each drive to the requirement; nothing where `cancel` asked for an end.
 ///
 /// # Errors
 /// It cannot be driven.
@@ -362,14 +362,16 @@ pub fn held(
 ) -> Option<Result<HeldScenario, PlanError>> {
     let settings = Settings::from(&requirement.planning);
     let planners: Vec<PlannerChoice> = who.iter().map(|(planner, _)| planner.clone()).collect();
-    let prepared = prepare_beside(entry, None, &settings);
-    let drives = prepared.and_then(|prepared| drive_each(entry, &prepared, &planners, cancel));
-    let drives = match drives.transpose()? {
+    let prepared = match prepare_beside(entry, None, &settings) {
+        Ok(prepared) => prepared,
+        Err(error) => return Some(Err(error)),
+    };
+    let drives = match drive_each(entry, &prepared, &planners, cancel).transpose()? {
         Ok(drives) => drives,
         Err(error) => return Some(Err(error)),
     };
     let radius = index.map_or(INDEX_RADIUS, |index| index.radius);
-    // Without an ego there are none, and where nobody ahead does anything.
+    // There are none without an ego, and where no one ahead cuts in or out or brakes.
     let events = scenario_events(entry, radius, thresholds).unwrap_or_default();
     let rates = |event| {
         let all = EventFilter::default();
@@ -381,7 +383,7 @@ pub fn held(
         scenario: AnnexScenario {
             in_index: index
                 .is_some_and(|index| index.scenarios.iter().any(|one| one.scenario == entry.name)),
-            ..described(entry, &events, thresholds)
+            ..described(entry, &prepared.opened(), &events, thresholds)
         },
         rates: events.iter().flat_map(rates).collect(),
         drives: Vec::new(),
@@ -478,18 +480,13 @@ fn picture(driven: &DrivenScenario, planner: &str, finding: Finding) -> Option<(
 }
 
 /// What a scenario is, in tags.
-fn described(entry: &Entry, events: &[ScenarioEvent], thresholds: &Thresholds) -> AnnexScenario {
-    let request = OpenRequest {
-        entry,
-        ego: &EgoSelection::Beside,
-        transform: None,
-        strict: false,
-        stand_in: StandIn::None,
-    };
-    let Ok(opened) = open(&request) else {
-        return AnnexScenario::default();
-    };
-    let row = Overview::new(entry, &opened, thresholds, &Verdicts::default(), None).row;
+fn described(
+    entry: &Entry,
+    opened: &OpenedScene,
+    events: &[ScenarioEvent],
+    thresholds: &Thresholds,
+) -> AnnexScenario {
+    let row = Overview::new(entry, opened, thresholds, &Verdicts::default(), None).row;
     let scenario = &opened.scenario;
     let environment = { scenario.location.as_ref() }.and_then(|place| place.environment.as_ref());
     let words = |words: &[Option<String>]| -> String {
@@ -531,23 +528,7 @@ fn described(entry: &Entry, events: &[ScenarioEvent], thresholds: &Thresholds) -
 }
 
 impl Annex {
-    /// Who is held to the requirement and does not meet it.
-    #[must_use]
-    pub fn failing(&self) -> Vec<String> {
-        let planners = self.planners().into_iter();
-        let failing = planners.filter(|one| one.role == Role::Planner && one.met == Some(false));
-        failing.map(|one| one.planner).collect()
-    }
-
-    /// How many drives of planners are open.
-    #[must_use]
-    pub fn open(&self) -> usize {
-        let planners = self.planners().into_iter();
-        let held = planners.filter(|one| one.role == Role::Planner);
-        held.map(|one| one.open).sum()
-    }
-
-    /// What everyone comes to.
+    /// What planners, drivers and baselines come to.
     #[must_use]
     pub fn planners(&self) -> Vec<PlannerFindings> {
         let of = |(place, (planner, role)): (usize, &(String, Role))| {
@@ -643,18 +624,18 @@ impl Annex {
         };
         for (planner, seats) in self.who.iter().enumerate().filter_map(with_contact) {
             for driver in DRIVERS {
-                let count = |result: &str| {
+                let count = |result: DriverOutcome| {
                     let verdicts = seats.iter().filter_map(|seat| seat.by(driver.id));
                     verdicts.filter(|verdict| verdict.result == result).count()
                 };
                 rows.push(ContactsByDriver {
                     planner: planner.clone(),
                     driver: driver.id,
-                    avoided: count("avoided"),
-                    mitigated: count("mitigated"),
-                    not_avoided: count("not_avoided"),
-                    hit_from_behind: count("hit_from_behind"),
-                    not_made_for: count("not_made_for"),
+                    avoided: count(DriverOutcome::Avoided),
+                    mitigated: count(DriverOutcome::Mitigated),
+                    not_avoided: count(DriverOutcome::NotAvoided),
+                    hit_from_behind: count(DriverOutcome::HitFromBehind),
+                    not_made_for: count(DriverOutcome::NotMadeFor),
                 });
             }
         }

@@ -1,5 +1,6 @@
 //! The table of encounters: recorded contacts, conflicts and near misses, and which drivers avoid them.
 
+use nearmiss_base::system::counted;
 use nearmiss_drive::driver::{DRIVERS, PreventabilityRecord};
 use nearmiss_formats::Entry;
 use nearmiss_record::{Cell, Column, Kind, Row, Table};
@@ -25,7 +26,7 @@ pub struct Encounter {
 
 impl Encounter {
     /// That of a moment in the scene of an entry, beside which a manifest may have certificates. `None` where the moment is
-    /// no contact, conflict or near miss, or begins with the recording.
+    /// no contact, conflict or near miss, begins with the recording, or follows a contact with another road user.
     #[must_use]
     pub fn at(entry: &Entry, scene: &Scene, moment: &CriticalMoment) -> Option<Self> {
         let severity = moment.grade.number();
@@ -36,8 +37,8 @@ impl Encounter {
     }
 }
 
-/// The encounters in the scene of an entry, the most severe first, and how many more begin with the recording: there is no
-/// time in which a driver could drive before these.
+/// The encounters in the scene of an entry, the most severe first, and how many more begin with the recording or follow a
+/// contact with another road user: there is no time in which a driver could drive before these.
 #[must_use]
 pub fn encounters(
     entry: &Entry,
@@ -48,19 +49,17 @@ pub fn encounters(
     let severe = { moments.iter() }.filter(|moment| moment.grade.number() <= NEAR_MISS);
     let judged = { severe.clone() }.filter_map(|moment| Encounter::at(entry, scene, moment));
     let judged: Vec<Encounter> = judged.collect();
-    let early = severe.count() - judged.len();
-    (judged, early)
+    let without = severe.count() - judged.len();
+    (judged, without)
 }
 
-/// That no driver is judged in so many encounters, which begin with the recording.
+/// That no driver is judged in so many encounters.
 #[must_use]
-pub fn left_out(early: usize) -> Option<String> {
-    let words = match early {
-        0 => return None,
-        1 => "1 encounter that begins".to_owned(),
-        _ => format!("{early} encounters that begin"),
-    };
-    Some(format!("no driver is judged in {words} with the recording"))
+pub fn left_out(without: usize) -> Option<String> {
+    let encounters = counted(without, "encounter");
+    (without > 0).then(|| {
+        format!("no driver is judged in {encounters} at the begin of the recording or after another contact")
+    })
 }
 
 /// The table: of each driver what comes of it, how fast its contact is, and how long before the encounter it could still
@@ -129,7 +128,7 @@ pub fn encounter_rows(file: &RowFile, scene: &Scene, encounters: &[Encounter]) -
                 .last_moment_step
                 .map(|last| (found.step - last) as f64 * scene.scenario.dt());
             [
-                verdict.result.clone().into(),
+                verdict.result.name().into(),
                 number(verdict.closing_speed),
                 number(before),
             ]

@@ -8,7 +8,6 @@ use nearmiss_base::system::counted;
 use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_drive::generation::{
     Consequence, Effect, GateResult, Refusal, Selection, Variant, VariantFiles, VariantGenerator,
-    Wish,
 };
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Collision, CollisionKind};
@@ -42,6 +41,8 @@ pub struct Generated {
     pub took: Duration,
     /// The settings it was generated with.
     pub settings: GenerationSettings,
+    /// Drivers that are wished to avoid the contact.
+    pub preventable_by: Vec<&'static str>,
 }
 
 impl Generated {
@@ -96,6 +97,8 @@ impl Generated {
             authored: generation.authored,
             took: began.elapsed(),
             settings,
+            preventable_by: { attack.wish.as_ref() }
+                .map_or_else(Vec::new, |wish| wish.preventable_by.clone()),
         }))
     }
 
@@ -175,8 +178,7 @@ impl Generated {
     /// That drivers which are wished to avoid it do not: a wish orders what is found, it forces nothing.
     #[must_use]
     pub fn unmet(&self, found: &PreventabilityRecord) -> Option<String> {
-        let wish: Wish = self.settings.wish.as_deref()?.parse().ok()?;
-        let verdicts = wish.preventable_by.iter().filter_map(|id| found.by(id));
+        let verdicts = self.preventable_by.iter().filter_map(|id| found.by(id));
         let words = verdicts.filter(|verdict| !verdict.avoids()).map(|verdict| {
             let does_not = || format!("{} does not avoid it", verdict.driver);
             verdict.why_undecided().unwrap_or_else(does_not)

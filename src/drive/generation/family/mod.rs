@@ -103,7 +103,7 @@ impl<'s> EncounterFamily<'s> {
         let severe = critical_moments(&context).into_iter();
         let moment = severe
             .filter(|moment| moment.grade <= Grade::NearMiss)
-            .find(|moment| Field::of_encounter(scene, moment.obstacle, moment.step).is_some())
+            .find(|moment| Field::around(scene, moment.obstacle, moment.step).is_some())
             .ok_or(
                 "no contact, conflict or near miss of the ego in which a driver could be asked",
             )?;
@@ -240,9 +240,9 @@ impl<'s> EncounterFamily<'s> {
         if self.event.is_some() && worst.grade == Grade::Contact && worst.step < moment {
             return Err("it touches the ego before its manoeuvre".into());
         }
-        let field = Field::of_encounter(&scene, id, worst.step)
+        let field = Field::around(&scene, id, worst.step)
             .ok_or("its encounter begins with the recording, or after another contact")?;
-        let mut found = Preventability::in_field(&field, id, worst.step);
+        let mut found = Preventability::of(&field);
         if self.is_certified && *values == self.recorded() {
             found.ideal_avoids();
         }

@@ -4,7 +4,7 @@
 pub mod state;
 pub mod strip;
 
-use nearmiss_drive::driver::{DRIVERS, NotMadeFor, PreventabilityRecord, VerdictRecord};
+use nearmiss_drive::driver::{DRIVERS, DriverOutcome, PreventabilityRecord, VerdictRecord};
 use nearmiss_scene::description::visible;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -147,11 +147,11 @@ fn line(
     } else {
         (" ", Style::new())
     };
-    let color = match verdict.result.as_str() {
-        "avoided" => theme.safe,
-        "mitigated" => theme.warning,
-        "not_avoided" => theme.danger,
-        _ => theme.dim,
+    let color = match verdict.result {
+        DriverOutcome::Avoided => theme.safe,
+        DriverOutcome::Mitigated => theme.warning,
+        DriverOutcome::NotAvoided => theme.danger,
+        DriverOutcome::HitFromBehind | DriverOutcome::NotMadeFor => theme.dim,
     };
     let before = |step: Option<i64>| {
         let step = step.zip(model.encounter());
@@ -175,11 +175,14 @@ fn line(
 
 /// What comes of a driver: `avoided`, `10.0 → 5.2 m/s`, `not for curves`.
 fn outcome(found: &PreventabilityRecord, verdict: &VerdictRecord) -> String {
-    let what = verdict.not_made_for.as_deref().and_then(NotMadeFor::parse);
-    match (what, verdict.closing_speed, found.closing_speed) {
+    match (
+        verdict.not_made_for,
+        verdict.closing_speed,
+        found.closing_speed,
+    ) {
         (Some(what), ..) => format!("not for {}", what.words()),
-        (None, None, _) => verdict.result.replace('_', " "),
-        (None, Some(speed), _) if verdict.result == "hit_from_behind" => {
+        (None, None, _) => verdict.result.name().replace('_', " "),
+        (None, Some(speed), _) if verdict.result == DriverOutcome::HitFromBehind => {
             format!("behind {speed:.1} m/s")
         }
         (None, Some(speed), Some(own)) => format!("{own:.1}→{speed:.1} m/s"),

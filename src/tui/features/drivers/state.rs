@@ -179,7 +179,7 @@ impl Model {
             ));
         }
         let found = self.judged()?;
-        let none = "it begins with the recording: nobody can drive before it";
+        let none = "no driver is judged: it begins with the recording, or follows another contact";
         found.drivers.is_empty().then(|| none.into())
     }
 
@@ -233,6 +233,7 @@ impl Model {
         }
         let seat = DriverSeat {
             driver: shown,
+            obstacle: key.obstacle,
             step: key.step,
             scene: opened.scene.clone()?,
             basemap: Arc::clone(&opened.basemap),

@@ -296,7 +296,7 @@ impl From<&DriverVerdict> for Outcome {
         let result = &verdict.result;
         let contact = result.contact();
         Self {
-            word: result.word(),
+            word: result.outcome().name(),
             closing_speed: contact.map(|touch| touch.closing_speed),
             avoids: result.decides().then_some(contact.is_none()),
         }
