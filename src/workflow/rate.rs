@@ -283,7 +283,7 @@ pub fn rates_like(
     rates(index, &filter).into_iter().map(row).collect()
 }
 
-/// What the attackers of a variant do to its ego, from their attack on; of a scenario that is none, what anyone does. Drivers
+/// What the attackers of a variant do to its ego, from their attack on; of a scenario that is none, what all ahead do. Drivers
 /// are judged in encounters under `thresholds` where no manifest has them.
 ///
 /// # Errors

@@ -23,7 +23,7 @@ pub struct Rates {
     /// Terms that events fit: "manoeuvre:cut_in gap<12 closing>5".
     terms: Vec<String>,
     /// Count what is at least as extreme as what the attackers of this variant do, or those of each variant in a folder; of
-    /// another scenario, as what anyone ahead of its ego does. Also says which drivers avoid it; may be repeated.
+    /// another scenario, as what others ahead of its ego do. Also says which drivers avoid it; may be repeated.
     #[arg(long, value_name = "SCENARIO|FOLDER")]
     like: Vec<PathBuf>,
     /// List the events.

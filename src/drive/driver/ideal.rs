@@ -176,7 +176,7 @@ impl Field<'_> {
         best.map(|(_, ride, _)| ride)
     }
 
-    /// The first step after which a manoeuvre has touched someone, and its least closing speed then (m/s).
+    /// The first step after which a manoeuvre has touched another road user, and its least closing speed then (m/s).
     fn first_contact(&self, manoeuvre: &Manoeuvre, begin: RideState) -> Option<(i64, f64)> {
         let mut was = begin;
         (begin.step..self.last).find_map(|step| {

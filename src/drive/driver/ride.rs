@@ -297,7 +297,7 @@ impl Field<'_> {
         touches.then_some(least)
     }
 
-    /// Everyone whom the ego may touch on the way from a step to the next, with its body at both.
+    /// All road users that the ego may touch on the way from a step to the next, with its body at both.
     fn each_near<'f>(
         &'f self,
         step: i64,

@@ -121,8 +121,8 @@ impl BoundaryChart {
             height: 8.0,
         };
         picture.rectangle(&swatch, Some(self.shade()), None);
-        let nobody = "nobody avoids contact";
-        picture.text(Text::new((x + 16.0, base), nobody, LETTERS, palette.text));
+        let none = "no driver avoids contact";
+        picture.text(Text::new((x + 16.0, base), none, LETTERS, palette.text));
     }
 
     /// A case that could not be.

@@ -217,7 +217,7 @@ impl<'s> EncounterFamily<'s> {
     /// What drivers make of a case, around its most severe moment until 4 s after the manoeuvre.
     ///
     /// # Errors
-    /// Nothing can be said of it: its vehicle could not drive so, it touches someone else before, or the encounter begins with
+    /// Nothing can be said of it: its vehicle could not drive so, it touches another one before, or the encounter begins with
     /// the recording. In words.
     pub fn judge(&self, values: &Values) -> Result<Preventability, String> {
         let scene = self.changed(values);

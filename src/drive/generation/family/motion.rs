@@ -7,6 +7,8 @@
 //! best; `u` grows with the lateral speed, and is that of the recorded offset at `t_m`. With another start the motion is later as a
 //! whole; gap and closing are then those to where the ego is at the later moment. Before and after its recording it keeps its speed.
 
+use std::sync::OnceLock;
+
 use nearmiss_base::geometry::{Point, Pose, ReferencePath, Vector, angle_between};
 use nearmiss_formats::{Formula, VariedVertex};
 use nearmiss_scene::corpus::{Event, EventKind};
@@ -94,6 +96,8 @@ pub(super) struct Course {
     ego: Vec<(i64, f64, f64)>,
     /// Starts, in steps, between which the ego's motion counts as even; 0 is among them.
     starts: Vec<i64>,
+    /// The places as formulas of all parameters, once they were asked for.
+    formulas: OnceLock<Vec<VariedVertex>>,
 }
 
 /// Slower is no change of lane, m/s, and a shorter one is none either, metres.
@@ -165,6 +169,7 @@ impl Course {
             sideways: None,
             ego: ego.collect(),
             starts: vec![0],
+            formulas: OnceLock::new(),
             places,
         };
         if event.is_some_and(|event| event.lateral_speed.is_some_and(|speed| speed > SIDEWAYS)) {
@@ -199,6 +204,7 @@ impl Course {
         self.starts.extend(steps.collect::<Vec<_>>());
         self.starts.sort_unstable();
         self.starts.dedup();
+        self.formulas = OnceLock::new();
     }
 
     fn steps(&self, seconds: f64) -> i64 {
@@ -408,7 +414,7 @@ impl Course {
 
     /// The motion with these values, at the recorded steps.
     pub fn motion(&self, values: &Values) -> Vec<(i64, Motion)> {
-        let vertices = self.vertices(&Varied::ALL);
+        let vertices = self.formulas.get_or_init(|| self.vertices(&Varied::ALL));
         let poses = vertices.iter().map(|vertex| {
             let [x, y, heading] = [&vertex.x, &vertex.y, &vertex.heading].map(|f| f.value(values));
             Pose::new(x, y, heading)

@@ -1,4 +1,4 @@
-//! Whether a case could be: its vehicle can drive so, and touches nobody else before.
+//! Whether a case could be: its vehicle can drive so, and touches no one else before.
 
 use nearmiss_scene::scenario::{Obstacle, Scenario, Track};
 
@@ -64,7 +64,7 @@ impl EncounterFamily<'_> {
     }
 
     /// # Errors
-    /// It touches someone else until a step whom it does not touch as recorded.
+    /// Until a step it touches another road user that it does not touch as recorded: which.
     pub(super) fn is_alone(
         &self,
         scenario: &Scenario,
