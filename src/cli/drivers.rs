@@ -252,7 +252,7 @@ fn text(rows: &[Row]) -> String {
         "{}\n{}\n",
         text_table(&columns, rows),
         "seconds: avoids contact, and could still do so when it took over so long before the encounter; hits: closing speed \
-         at its contact; n/a: not made for it; behind: hit from behind by traffic that does not see it brake"
+         at its contact; avoided: as a certificate or another drive shows; n/a: not made for it; behind: hit from behind by traffic that does not see it brake"
     )
 }
 

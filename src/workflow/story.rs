@@ -5,6 +5,7 @@ use nearmiss_formats::Entry;
 use nearmiss_scene::metrics::{Context, critical_moments};
 use nearmiss_scene::story::Story;
 
+use crate::VariantOrigin;
 use crate::tables::Encounter;
 
 /// The moment that matters, told.
@@ -25,9 +26,10 @@ impl ToldStory {
         let moments = critical_moments(context);
         let worst = moments.first()?;
         let scene = context.scene();
+        let is_certified = VariantOrigin::certified(entry, scene);
         Some(Self {
             story: Story::of_moment(context, worst)?,
-            drivers: Encounter::at(entry, scene, worst).map(|encounter| encounter.drivers),
+            drivers: Encounter::at(scene, worst, is_certified).map(|encounter| encounter.drivers),
             dt: scene.scenario.dt(),
         })
     }

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::plan::lines;
 use super::support::program::Home;
-use super::{BUNDLED, CUT_IN};
+use super::{BUNDLED, CUT_IN, bundled_ego, bundled_xml};
 
 const IDS: [&str; 6] = ["cc", "r157", "rss", "fsm", "nieon", "ideal"];
 
@@ -87,6 +87,20 @@ fn encounters_are_judged_the_same_in_every_format() {
             .all(|row| text.contains(row["scenario"].as_str().unwrap())),
         "{text}"
     );
+}
+
+#[test]
+fn steps_that_are_too_coarse_are_said() {
+    let home = Home::new();
+    let coarse = bundled_xml(CUT_IN).replace("timeStepSize=\"0.1\"", "timeStepSize=\"0.5\"");
+    home.write("coarse.xml", coarse);
+    home.write("coarse.ego_trajectory.csv", bundled_ego(CUT_IN));
+    let words = "time steps of 0.5 s are too coarse";
+    home.run(&["drivers", "coarse.xml"])
+        .status(0)
+        .says(&[words]);
+    let fine = home.run(&["drivers", CUT_IN]).status(0);
+    assert!(!fine.stderr.contains("coarse"), "{}", fine.stderr);
 }
 
 #[test]

@@ -263,3 +263,65 @@ impl PreventabilityRecord {
         })
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// Manifests have these words.
+    #[test]
+    fn outcomes_are_read_as_they_are_written() {
+        for outcome in DriverOutcome::ALL {
+            let kind = (outcome == DriverOutcome::NotMadeFor).then_some(NotMadeFor::Curve);
+            let verdict = VerdictRecord {
+                driver: "cc".into(),
+                result: outcome,
+                not_made_for: kind,
+                ..VerdictRecord::default()
+            };
+            let text = serde_json::to_string(&verdict).unwrap();
+            assert!(
+                text.contains(&format!("\"result\":\"{}\"", outcome.name())),
+                "{text}"
+            );
+            assert_eq!(
+                serde_json::from_str::<VerdictRecord>(&text).unwrap(),
+                verdict
+            );
+        }
+    }
+
+    #[test]
+    fn the_ideal_driver_alone_is_no_majority() {
+        let verdict = |driver: &str, result| VerdictRecord {
+            driver: driver.into(),
+            result,
+            ..VerdictRecord::default()
+        };
+        let mut found = PreventabilityRecord {
+            closing_speed: Some(5.0),
+            avoided: 1,
+            decided: 1,
+            drivers: vec![
+                verdict("cc", DriverOutcome::NotMadeFor),
+                verdict("ideal", DriverOutcome::Avoided),
+            ],
+            ..PreventabilityRecord::default()
+        };
+        assert_eq!(
+            found.words(),
+            "no model of a person decides; the ideal driver avoids it"
+        );
+        assert_eq!(found.short(), "ideal avoids it");
+        found.drivers[0].result = DriverOutcome::NotAvoided;
+        found.decided = 2;
+        assert_eq!(
+            (found.words(), found.short()),
+            (
+                "preventable by 1 of 2".into(),
+                "preventable by 1 of 2".into()
+            )
+        );
+    }
+}

@@ -25,13 +25,12 @@ pub struct Encounter {
 }
 
 impl Encounter {
-    /// That of a moment in the scene of an entry, beside which a manifest may have certificates. `None` where the moment is
+    /// That of a moment of a scene; `is_certified`: a certificate says that the ideal driver avoids it. `None` where the moment is
     /// no contact, conflict or near miss, begins with the recording, or follows a contact with another road user.
     #[must_use]
-    pub fn at(entry: &Entry, scene: &Scene, moment: &CriticalMoment) -> Option<Self> {
+    pub fn at(scene: &Scene, moment: &CriticalMoment, is_certified: bool) -> Option<Self> {
         let severity = moment.grade.number();
         (severity <= NEAR_MISS).then_some(())?;
-        let is_certified = VariantOrigin::certified(entry, scene);
         let drivers = PreventabilityRecord::of(scene, moment.obstacle, moment.step, is_certified)?;
         Some(Self { severity, drivers })
     }
@@ -47,7 +46,8 @@ pub fn encounters(
 ) -> (Vec<Encounter>, usize) {
     let moments = critical_moments(&Context::under(scene, thresholds));
     let severe = { moments.iter() }.filter(|moment| moment.grade.number() <= NEAR_MISS);
-    let judged = { severe.clone() }.filter_map(|moment| Encounter::at(entry, scene, moment));
+    let is_certified = severe.clone().next().is_some() && VariantOrigin::certified(entry, scene);
+    let judged = { severe.clone() }.filter_map(|moment| Encounter::at(scene, moment, is_certified));
     let judged: Vec<Encounter> = judged.collect();
     let without = severe.count() - judged.len();
     (judged, without)
