@@ -102,6 +102,7 @@ pub fn run(arguments: &AnnexArguments) -> Outcome {
                 (index.as_ref(), &thresholds),
                 &cancel,
             )
+            .transpose()
         },
         |entry, held| {
             match held {

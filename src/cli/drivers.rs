@@ -215,7 +215,7 @@ fn judged(entry: &Entry, ego: &EgoSelection, thresholds: &Thresholds) -> Result<
             output::visible(&entry.display())
         ));
     }
-    let (found, early) = encounters(entry, &scene, thresholds);
+    let (found, early) = encounters(entry, &scene, thresholds).map_err(Failure::input)?;
     said.extend(left_out(early).map(|words| {
         let name = output::visible(&entry.display());
         format!("nearmiss: {name}: {words}")

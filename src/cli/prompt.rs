@@ -321,7 +321,8 @@ enum Written {
 impl Describe {
     /// Tells what happened.
     fn tell(&self, entry: &Entry, context: &Context<'_>, named: bool) -> Outcome {
-        let told = ToldStory::new(entry, context).ok_or_else(|| {
+        let told = ToldStory::new(entry, context).map_err(Failure::input)?;
+        let told = told.ok_or_else(|| {
             Failure::input(format!(
                 "{}: nothing to tell: no other road user is there with the ego",
                 entry.display()

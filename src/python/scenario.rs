@@ -235,9 +235,9 @@ impl Scenario {
         let (entry, thresholds) = (self.entry.clone(), Arc::clone(&self.thresholds));
         let told = work::run(py, move |_| {
             let told = ToldStory::new(&entry, &Context::under(&scene, &thresholds));
-            told.map(|told| told.sentences().join(" "))
+            told.map(|told| Some(told?.sentences().join(" ")))
         })?;
-        Ok(told.ok_or_else(|| {
+        Ok(told.map_err(Problem::new)?.ok_or_else(|| {
             let name = self.entry.display();
             Problem::new(format!(
                 "{name}: nothing to tell: no other road user is there with the ego"
@@ -349,6 +349,7 @@ impl Scenario {
                     .filter_map(measure)
                     .collect();
                 let story = ToldStory::new(&own.entry, &Context::under(scene, &own.thresholds));
+                let story = story.map_err(Problem::new)?;
                 told = story.map_or_else(Vec::new, |story| story.sentences());
             }
             let figure = own.drawing(look)?;
@@ -395,7 +396,8 @@ impl Scenario {
     /// There is no ego.
     pub fn judged(&self) -> Result<(Table, usize), Problem> {
         let scene = self.scene()?;
-        let (found, early) = encounters(&self.entry, scene, &self.thresholds);
+        let (found, early) =
+            encounters(&self.entry, scene, &self.thresholds).map_err(Problem::new)?;
         let file = RowFile::new(&self.entry, scene);
         let rows = encounter_rows(&file, scene, &found);
         Ok((Table::new(&encounter_table(), rows)?, early))

@@ -28,37 +28,34 @@ pub struct VariantOrigin {
 const WRITTEN: f64 = 1e-3;
 
 impl VariantOrigin {
-    /// Reads what lies beside a scenario under its name; `None` where that is no manifest of this scenario, or one that
-    /// cannot be read.
-    #[must_use]
-    pub fn read(entry: &Entry) -> Option<Self> {
-        Self::try_read(entry)?.ok()
-    }
-
-    /// The same; why a manifest of this scenario cannot be read. Other JSON says nothing about it.
-    #[must_use]
-    pub fn try_read(entry: &Entry) -> Option<Result<Self, String>> {
+    /// Reads what lies beside a scenario under its name; `None` where that is no manifest of this scenario. Other JSON says
+    /// nothing about it.
+    ///
+    /// # Errors
+    /// Why a manifest of this scenario cannot be read, with the name of its file.
+    pub fn read(entry: &Entry) -> Result<Option<Self>, String> {
         #[derive(Deserialize)]
         struct Named {
             variant: String,
         }
-        let EntryLocation::File(file) = &entry.place else {
-            return None;
+        let beside = || {
+            let EntryLocation::File(file) = &entry.place else {
+                return None;
+            };
+            let path = file.with_extension("json");
+            let text = system::read_text(&path, system::LARGEST_TEXT).ok()?;
+            let named: Named = serde_json::from_str(&text).ok()?;
+            (file.file_name()?.to_str()? == named.variant).then_some((file.clone(), path, text))
         };
-        let text = system::read_text(&file.with_extension("json"), system::LARGEST_TEXT).ok()?;
-        let named: Named = serde_json::from_str(&text).ok()?;
-        if file.file_name()?.to_str()? != named.variant {
-            return None;
-        }
-        let manifest: Manifest = match serde_json::from_str(&text) {
-            Ok(manifest) => manifest,
-            Err(why) => return Some(Err(why.to_string())),
+        let Some((variant, path, text)) = beside() else {
+            return Ok(None);
         };
-        if manifest.attackers.is_empty() || manifest.original.sha256.is_empty() {
-            return None;
-        }
-        let variant = file.clone();
-        Some(Ok(Self { manifest, variant }))
+        let manifest: Manifest = serde_json::from_str(&text).map_err(|why| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            visible(&format!("{name}: {why}")).into_owned()
+        })?;
+        let is_none = manifest.attackers.is_empty() || manifest.original.sha256.is_empty();
+        Ok((!is_none).then_some(Self { manifest, variant }))
     }
 
     /// Reaction times of ideal drivers who survive the variant, seconds, and the names of their drives' files, the
@@ -142,9 +139,12 @@ impl VariantOrigin {
     }
 
     /// The same of the scene of an entry; not where it is no variant.
-    #[must_use]
-    pub fn certified(entry: &Entry, scene: &Scene) -> bool {
-        Self::read(entry).is_some_and(|origin| origin.certifies(entry, scene))
+    ///
+    /// # Errors
+    /// As of [`VariantOrigin::read`].
+    pub fn certified(entry: &Entry, scene: &Scene) -> Result<bool, String> {
+        let origin = Self::read(entry)?;
+        Ok(origin.is_some_and(|origin| origin.certifies(entry, scene)))
     }
 
     /// The ids of the obstacles with a new motion.
@@ -267,14 +267,12 @@ impl VariantProofs {
 #[must_use]
 pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
     let entry = Entry::of_file(variant);
-    let origin = match VariantOrigin::try_read(&entry)? {
-        Ok(origin) => origin,
+    let origin = match VariantOrigin::read(&entry) {
+        Ok(origin) => origin?,
         Err(why) => {
-            let name = variant.with_extension("json");
-            let name = name.file_name().unwrap_or_default().to_string_lossy();
             return Some(VariantProofs {
                 files: 0,
-                changed: vec![visible(&format!("{name}: {why}")).into_owned()],
+                changed: vec![why],
                 certificates: Vec::new(),
                 drivers: None,
             });

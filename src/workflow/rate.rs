@@ -300,7 +300,7 @@ pub fn scenario_events(
     let ego = ego.ok_or_else(|| format!("{}: no ego drives beside it", entry.display()))?;
     let scene = Scene::new(scenario, ego);
     let mut found = events(&scene, radius);
-    let origin = VariantOrigin::read(entry);
+    let origin = VariantOrigin::read(entry)?;
     if let Some(origin) = &origin {
         let attackers = &origin.manifest.attackers;
         found.retain(|event| {
@@ -319,7 +319,7 @@ pub fn scenario_events(
     let told = origin.and_then(|origin| origin.manifest.preventability);
     let judged = match &told {
         Some(_) => Vec::new(),
-        None => encounters(entry, &scene, thresholds).0,
+        None => encounters(entry, &scene, thresholds)?.0,
     };
     let with_drivers = |event: Event| {
         let told = told.clone().map(|told| (JudgedFrom::Manifest, told));
@@ -439,7 +439,9 @@ mod tests {
         };
         let scenario = entry.read().unwrap();
         let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
-        let judged = encounters(&entry, &Scene::new(scenario, ego), thresholds).0;
+        let judged = encounters(&entry, &Scene::new(scenario, ego), thresholds)
+            .unwrap()
+            .0;
         let by = found[0].event.obstacle;
         let own = judged.iter().find(|one| one.drivers.obstacle == by);
         let own = &own.unwrap().drivers;

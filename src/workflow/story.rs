@@ -21,17 +21,22 @@ pub struct ToldStory {
 
 impl ToldStory {
     /// The story of a scene of this entry; `None` where no other road user is ever there with the ego.
-    #[must_use]
-    pub fn new(entry: &Entry, context: &Context<'_>) -> Option<Self> {
+    ///
+    /// # Errors
+    /// As of [`VariantOrigin::read`].
+    pub fn new(entry: &Entry, context: &Context<'_>) -> Result<Option<Self>, String> {
         let moments = critical_moments(context);
-        let worst = moments.first()?;
         let scene = context.scene();
-        let is_certified = VariantOrigin::certified(entry, scene);
-        Some(Self {
-            story: Story::of_moment(context, worst)?,
-            drivers: Encounter::at(scene, worst, is_certified).map(|encounter| encounter.drivers),
-            dt: scene.scenario.dt(),
-        })
+        let is_certified = VariantOrigin::certified(entry, scene)?;
+        let of = |worst| {
+            let encounter = Encounter::at(scene, worst, is_certified);
+            Some(Self {
+                story: Story::of_moment(context, worst)?,
+                drivers: encounter.map(|encounter| encounter.drivers),
+                dt: scene.scenario.dt(),
+            })
+        };
+        Ok(moments.first().and_then(of))
     }
 
     /// At most four sentences of what happened, and one of the drivers.

@@ -113,7 +113,9 @@ pub fn run(
     } else {
         SIMULATOR_ROUNDING
     });
-    let made = VariantOrigin::read(&variant_entry).and_then(|origin| origin.style());
+    // What is wrong with it is said below, as one of the proofs.
+    let made = VariantOrigin::read(&variant_entry).ok().flatten();
+    let made = made.and_then(|origin| origin.style());
     let (style, whence) = match (style, made) {
         (Some(style), _) => (style, "--style"),
         (None, Some(style)) => (style, "of the manifest beside it"),

@@ -153,7 +153,8 @@ impl Drawing<'_> {
     ) -> Result<(VariantOrigin, Drive, Drive), Failure> {
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
-        let origin = VariantOrigin::read(entry).ok_or_else(|| {
+        let origin = VariantOrigin::read(entry).map_err(|why| named(&why))?;
+        let origin = origin.ok_or_else(|| {
             named(
                 &"no manifest of `nearmiss generate` (NAME.json) beside it; --with-certificate needs a variant",
             )
@@ -234,7 +235,7 @@ impl Original {
     /// # Errors
     /// The original is not available, and why.
     pub fn find(entry: &Entry) -> Result<Option<Self>, String> {
-        let Some(origin) = VariantOrigin::read(entry) else {
+        let Some(origin) = VariantOrigin::read(entry)? else {
             return Ok(None);
         };
         match origin.original() {
@@ -255,12 +256,14 @@ impl Original {
     /// # Errors
     /// It cannot be read, there is no manifest beside the entry, or it names another original.
     pub fn named(variant: &Entry, original: &Path) -> Result<Self, Failure> {
-        let origin = VariantOrigin::read(variant).ok_or_else(|| {
-            Failure::input(format!(
-                "--original: {} has no manifest of `nearmiss generate` (NAME.json) beside it",
-                variant.display()
-            ))
-        })?;
+        let origin = VariantOrigin::read(variant)
+            .map_err(Failure::input)?
+            .ok_or_else(|| {
+                Failure::input(format!(
+                    "--original: {} has no manifest of `nearmiss generate` (NAME.json) beside it",
+                    variant.display()
+                ))
+            })?;
         let entry = entry(original)?;
         let scenario = entry.read().map_err(Failure::input)?;
         if origin.is_original(&scenario) {

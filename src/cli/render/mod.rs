@@ -133,9 +133,14 @@ const MOST_PICTURES: i64 = 20_000;
 const PAGE_MEASURES: [&str; 3] = ["ttc", "distance", "risk"];
 
 /// The sentences on a page that tell what happened.
-fn story(entry: &Entry, scene: Option<&Scene>, thresholds: &Thresholds) -> Vec<String> {
-    let told = scene.and_then(|scene| ToldStory::new(entry, &Context::under(scene, thresholds)));
-    told.map_or_else(Vec::new, |told| told.sentences())
+fn story(
+    entry: &Entry,
+    scene: Option<&Scene>,
+    thresholds: &Thresholds,
+) -> Result<Vec<String>, Failure> {
+    let told = scene.map(|scene| ToldStory::new(entry, &Context::under(scene, thresholds)));
+    let told = told.transpose().map_err(Failure::input)?.flatten();
+    Ok(told.map_or_else(Vec::new, |told| told.sentences()))
 }
 
 /// What becomes of an interrupted run.
@@ -254,7 +259,7 @@ impl Drawing<'_> {
             let page = figure.page(
                 at,
                 &self.dark,
-                &story(entry, timeline.scene, &self.thresholds),
+                &story(entry, timeline.scene, &self.thresholds)?,
             );
             self.target.save(entry, None, page.as_bytes())?;
         } else {

@@ -100,7 +100,7 @@ impl Opened {
     ) -> Result<Self, String> {
         let mut opened = Self::alone(entry, wanted, thresholds, change)?;
         if change.is_none() {
-            opened.saved = SavedVariant::new(entry, thresholds).map(Arc::new);
+            opened.saved = SavedVariant::new(entry, thresholds)?.map(Arc::new);
             let drive = CertificateDrive::saved(entry, &opened, thresholds);
             opened.certificate = drive.map(Arc::new);
         }
@@ -380,14 +380,19 @@ pub struct SavedVariant {
 
 impl SavedVariant {
     /// Of a scenario; `None` where no certificate says that it is a variant.
-    fn new(entry: &Entry, thresholds: &Thresholds) -> Option<Self> {
-        let origin = VariantOrigin::read(entry)?;
+    ///
+    /// # Errors
+    /// As of [`VariantOrigin::read`].
+    fn new(entry: &Entry, thresholds: &Thresholds) -> Result<Option<Self>, String> {
+        let Some(origin) = VariantOrigin::read(entry)? else {
+            return Ok(None);
+        };
         let original = match origin.original() {
             None => Err(origin.missing()),
             Some((entry, _)) => Opened::alone(&entry, &EgoSelection::Beside, thresholds, None)
                 .map(|opened| (entry, Box::new(opened))),
         };
-        Some(Self { origin, original })
+        Ok(Some(Self { origin, original }))
     }
 
     /// Both motions of each attacker, in this variant or its original; none where there is no original.

@@ -352,23 +352,19 @@ const SEEN: MapExtent = MapExtent::Ego { width: 70.0 };
 /// Drives a scenario with all planners, drivers and baselines, and holds each drive to the requirement; nothing where `cancel` asked for an end.
 ///
 /// # Errors
-/// It cannot be driven.
+/// It cannot be driven, or the manifest beside it cannot be read.
 pub fn held(
     requirement: &SafetyRequirement,
     who: &[(PlannerChoice, Role)],
     entry: &Entry,
     (index, thresholds): (Option<&IndexedEvents>, &Thresholds),
     cancel: &Cancel,
-) -> Option<Result<HeldScenario, PlanError>> {
+) -> Result<Option<HeldScenario>, PlanError> {
     let settings = Settings::from(&requirement.planning);
     let planners: Vec<PlannerChoice> = who.iter().map(|(planner, _)| planner.clone()).collect();
-    let prepared = match prepare_beside(entry, None, &settings) {
-        Ok(prepared) => prepared,
-        Err(error) => return Some(Err(error)),
-    };
-    let drives = match drive_each(entry, &prepared, &planners, cancel).transpose()? {
-        Ok(drives) => drives,
-        Err(error) => return Some(Err(error)),
+    let prepared = prepare_beside(entry, None, &settings)?;
+    let Some(drives) = drive_each(entry, &prepared, &planners, cancel)? else {
+        return Ok(None);
     };
     let radius = index.map_or(INDEX_RADIUS, |index| index.radius);
     // There are none without an ego, and where no one ahead cuts in or out or brakes.
@@ -383,7 +379,7 @@ pub fn held(
         scenario: AnnexScenario {
             in_index: index
                 .is_some_and(|index| index.scenarios.iter().any(|one| one.scenario == entry.name)),
-            ..described(entry, &prepared.opened(), &events, thresholds)
+            ..described(entry, &prepared.opened(), &events, thresholds)?
         },
         rates: events.iter().flat_map(rates).collect(),
         drives: Vec::new(),
@@ -430,7 +426,7 @@ pub fn held(
         held.contacts.push(seat);
     }
     held.doubt(who, id);
-    Some(Ok(held))
+    Ok(Some(held))
 }
 
 impl HeldScenario {
@@ -485,7 +481,8 @@ fn described(
     opened: &OpenedScene,
     events: &[ScenarioEvent],
     thresholds: &Thresholds,
-) -> AnnexScenario {
+) -> Result<AnnexScenario, PlanError> {
+    let origin = VariantOrigin::read(entry).map_err(PlanError::Unreadable)?;
     let row = Overview::new(entry, opened, thresholds, &Verdicts::default(), None).row;
     let scenario = &opened.scenario;
     let environment = { scenario.location.as_ref() }.and_then(|place| place.environment.as_ref());
@@ -502,7 +499,7 @@ fn described(
         dynamic.push(format!("{kind} {id}: {}", event.manoeuvre.name()));
     }
     dynamic.dedup();
-    AnnexScenario {
+    Ok(AnnexScenario {
         scenario: row.scenario,
         file: row.file,
         sha256: scenario.hash.to_string(),
@@ -516,15 +513,13 @@ fn described(
         environment: environment
             .map(|said| words(&[said.time_of_day.clone(), said.weather.clone()]))
             .filter(|words| !words.is_empty()),
-        made_against: VariantOrigin::read(entry).map(|origin| {
-            match origin.manifest.planning.planner {
-                PlannerIdentity::BuiltIn(name) => name,
-                PlannerIdentity::External { named, .. } => named,
-            }
+        made_against: origin.map(|origin| match origin.manifest.planning.planner {
+            PlannerIdentity::BuiltIn(name) => name,
+            PlannerIdentity::External { named, .. } => named,
         }),
         dynamic_elements: dynamic.join(", "),
         in_index: false,
-    }
+    })
 }
 
 impl Annex {

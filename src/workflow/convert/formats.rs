@@ -95,7 +95,7 @@ fn begun(
             "{name}: the ego is left out; -o FILE.xml writes it beside the scenario"
         )),
     }
-    if VariantOrigin::read(entry).is_some() {
+    if !matches!(VariantOrigin::read(entry), Ok(None)) {
         done.said.push(format!(
             "{name}: its manifest and the drives of ideal drivers are of the original file, and not copied"
         ));

@@ -86,7 +86,7 @@ pub fn drive(
             outcome.map(|(outcome, report)| (outcome, Some(report)))
         }
     };
-    Ok(driven.map(|(outcome, monitor)| {
+    let of = |(outcome, monitor): (PlanOutcome, _)| {
         let PlanOutcome { prepared, drive } = outcome;
         let (problem, settings) = (prepared.problem(), prepared.settings);
         let scenario = prepared.driven(&drive);
@@ -95,8 +95,9 @@ pub fn drive(
         let has_contact = matches!(drive.outcome, Outcome::Collision(_));
         let is_certified = has_contact
             && drive.traffic.reactions.is_empty()
-            && VariantOrigin::certified(entry, &Scene::new(Arc::clone(&scenario), ego()));
-        DrivenScenario {
+            && VariantOrigin::certified(entry, &Scene::new(Arc::clone(&scenario), ego()))
+                .map_err(PlanError::Unreadable)?;
+        Ok(DrivenScenario {
             name: visible(&entry.name).into_owned(),
             file: entry.display(),
             problem: problem.id,
@@ -115,8 +116,9 @@ pub fn drive(
             scenario,
             drive,
             monitor,
-        }
-    }))
+        })
+    };
+    driven.map(of).transpose()
 }
 
 /// Drives the ego of a scenario from the start of a planning problem: that with the id, else that of the ego beside it,

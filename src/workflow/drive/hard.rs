@@ -111,7 +111,9 @@ fn solver(
         let recorded = prepared.clone().recorded_drive(cancel)?.drive;
         if matches!(recorded.outcome, Outcome::Goal(_)) && begins_there(&recorded, &driver) {
             // Beside a variant lies the drive of the planner that was attacked.
-            let is_variant = VariantOrigin::read(entry).is_some();
+            let is_variant = VariantOrigin::read(entry)
+                .map_err(PlanError::Unreadable)?
+                .is_some();
             return Ok(Some(if is_variant {
                 Solver::Planner
             } else {
@@ -119,7 +121,7 @@ fn solver(
             }));
         }
     }
-    if has_stored_certificate(entry, prepared) {
+    if has_stored_certificate(entry, prepared).map_err(PlanError::Unreadable)? {
         return Ok(Some(Solver::Certificate));
     }
     // It sees no future, and says more than one who does.
@@ -144,20 +146,19 @@ fn begins_there(drive: &Rollout, driver: &Driver) -> bool {
 }
 
 /// Whether a variant has a certificate for the same problem and vehicle that still holds.
-fn has_stored_certificate(entry: &Entry, prepared: &PreparedPlan) -> bool {
+fn has_stored_certificate(entry: &Entry, prepared: &PreparedPlan) -> Result<bool, String> {
     let EntryLocation::File(file) = &entry.place else {
-        return false;
+        return Ok(false);
     };
     let is_same = |origin: &VariantOrigin| {
         origin.manifest.planning.problem == prepared.problem().id
             && origin.vehicle() == Some(prepared.settings.planner.vehicle)
     };
-    let proofs = VariantOrigin::read(entry)
-        .filter(is_same)
-        .and_then(|_| verify_variant(file));
-    proofs.is_some_and(|proofs| {
+    let origin = VariantOrigin::read(entry)?.filter(is_same);
+    let proofs = origin.and_then(|_| verify_variant(file));
+    Ok(proofs.is_some_and(|proofs| {
         proofs.changed.is_empty() && proofs.certificates.iter().any(|one| one.result.is_ok())
-    })
+    }))
 }
 
 #[cfg(test)]

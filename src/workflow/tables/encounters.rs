@@ -38,19 +38,21 @@ impl Encounter {
 
 /// The encounters in the scene of an entry, the most severe first, and how many more begin with the recording or follow a
 /// contact with another road user: there is no time in which a driver could drive before these.
-#[must_use]
+///
+/// # Errors
+/// As of [`VariantOrigin::read`].
 pub fn encounters(
     entry: &Entry,
     scene: &Scene,
     thresholds: &Thresholds,
-) -> (Vec<Encounter>, usize) {
+) -> Result<(Vec<Encounter>, usize), String> {
     let moments = critical_moments(&Context::under(scene, thresholds));
     let severe = { moments.iter() }.filter(|moment| moment.grade.number() <= NEAR_MISS);
-    let is_certified = severe.clone().next().is_some() && VariantOrigin::certified(entry, scene);
+    let is_certified = severe.clone().next().is_some() && VariantOrigin::certified(entry, scene)?;
     let judged = { severe.clone() }.filter_map(|moment| Encounter::at(scene, moment, is_certified));
     let judged: Vec<Encounter> = judged.collect();
     let without = severe.count() - judged.len();
-    (judged, without)
+    Ok((judged, without))
 }
 
 /// That no driver is judged in so many encounters.

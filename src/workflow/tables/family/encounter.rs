@@ -206,7 +206,7 @@ impl EncounterCases {
             scene,
             thresholds,
             INDEX_RADIUS,
-            VariantOrigin::certified(entry, scene),
+            VariantOrigin::certified(entry, scene)?,
         )?;
         let name = visible(&entry.name);
         let mut axes: Vec<Axis> = Vec::new();
