@@ -1,6 +1,6 @@
 //! How often the egos of a corpus meet a manoeuvre: rates of the events of an index, per hour and per kilometre.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use nearmiss_drive::driver::PreventabilityRecord;
@@ -25,8 +25,10 @@ use super::{VariantOrigin, index_parts};
 /// The events of an index, and how far its egos drove.
 #[derive(Debug, Clone, Default)]
 pub struct IndexedEvents {
-    /// By scenario.
+    /// By scenario; copies of a file count once.
     pub scenarios: Vec<ScenarioDriven>,
+    /// Copies that do not count: of the same name, with the same way and events.
+    pub copies: usize,
     /// Others farther away were not looked at, metres.
     pub radius: f64,
 }
@@ -42,6 +44,13 @@ pub fn read_events(folder: &Path) -> Result<IndexedEvents, IndexError> {
         found.radius = part.radius().unwrap_or(f64::INFINITY);
         found.scenarios.extend(part.driven()?);
     }
+    let all = found.scenarios.len();
+    let mut seen = HashSet::new();
+    found.scenarios.retain(|one| {
+        let driven = serde_json::to_string(&one.driven);
+        driven.map_or(true, |driven| seen.insert((one.scenario.clone(), driven)))
+    });
+    found.copies = all - found.scenarios.len();
     Ok(found)
 }
 

@@ -187,6 +187,13 @@ fn rates_of_shards_add_up_and_are_narrowed_by_terms() {
     home.run(&["corpus", "rate", "index", "gap<80"])
         .status(0)
         .says(&["farther than 50 m"]);
+    // A copy of every file changes nothing.
+    let part = |name: &str| home.files().join("index/shard=1-of-1").join(name);
+    std::fs::copy(part("part-00000.parquet"), part("part-00001.parquet")).unwrap();
+    assert_eq!(rates(&["index"]), all);
+    home.run(&["corpus", "rate", "index"])
+        .status(0)
+        .says(&["files left out: name, way and events"]);
 }
 
 /// As those of before events were measured.

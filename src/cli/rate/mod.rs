@@ -101,6 +101,12 @@ fn say_beyond(filter: &EventFilter, index: &IndexedEvents) {
 
 /// What makes the rates less than they seem.
 fn say_what_it_is<'r>(index: &IndexedEvents, found: impl IntoIterator<Item = &'r Rate>) {
+    if index.copies > 0 {
+        output::say(&format!(
+            "nearmiss: {} left out: name, way and events are those of another",
+            output::counted(index.copies, "file")
+        ));
+    }
     let windows = index.scenarios.iter().filter(|one| one.is_window).count();
     if windows > 0 {
         output::say(&format!(
