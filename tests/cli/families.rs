@@ -224,6 +224,7 @@ fn a_scenario_has_a_family_in_every_format() {
         assert!(svg.contains(&format!(">{words}<")), "{words}");
     }
     assert!(!svg.contains(">impossible<"));
+    assert_eq!(svg.matches(r#"class="recorded""#).count(), 1, "its ring");
     vary(&["-o", "a.parquet"]).status(0);
 }
 

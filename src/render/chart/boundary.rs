@@ -18,6 +18,8 @@ pub struct BoundaryPanel {
     pub avoided: Vec<Vec<bool>>,
     /// The cases that could not be, in the same order.
     pub invalid: Vec<bool>,
+    /// The case that was recorded, along both axes; it need not be one of the others.
+    pub recorded: Option<(f64, f64)>,
 }
 
 /// Panels with the same axes.
@@ -49,6 +51,9 @@ const SMALL: f64 = 6.5;
 
 /// Half the size of the cross of an impossible case, points.
 const CROSS: f64 = 1.6;
+
+/// Radius of the ring around the recorded case, points.
+const RING: f64 = 2.4;
 
 /// A shape of fewer cases has no mark.
 const MARKED: usize = 8;
@@ -87,11 +92,18 @@ impl BoundaryChart {
         let at = (WIDTH - 4.0, bottom + 2.4 * LETTERS);
         let words = "inside its line a driver does not avoid contact";
         picture.text(Text::new(at, words, SMALL, palette.dim).anchored(Anchor::End));
-        let mut panels = self.rows.iter().flatten();
-        if panels.any(|panel| panel.invalid.contains(&true)) {
-            self.cross(&mut picture, (left + CROSS, at.1 - 0.34 * SMALL));
-            let at = (left + 2.0 * CROSS + 4.0, at.1);
-            picture.text(Text::new(at, "impossible", SMALL, palette.dim));
+        let panels = || self.rows.iter().flatten();
+        let mut x = left;
+        if panels().any(|panel| panel.invalid.contains(&true)) {
+            self.cross(&mut picture, (x + CROSS, at.1 - 0.34 * SMALL));
+            x += 2.0 * CROSS + 4.0;
+            picture.text(Text::new((x, at.1), "impossible", SMALL, palette.dim));
+            x += Text::width("impossible", SMALL) + 9.0;
+        }
+        if panels().any(|panel| panel.recorded.is_some()) {
+            self.ring(&mut picture, (x + RING, at.1 - 0.34 * SMALL));
+            x += 2.0 * RING + 4.0;
+            picture.text(Text::new((x, at.1), "recorded", SMALL, palette.dim));
         }
         let at = (1.2 * LETTERS, (top + bottom) / 2.0);
         let mut name = Text::new(at, &self.up, LETTERS, palette.text);
@@ -130,6 +142,12 @@ impl BoundaryChart {
         let stroke = || Stroke::new(self.palette.dim, 0.5);
         picture.line(&[(x - CROSS, y - CROSS), (x + CROSS, y + CROSS)], stroke());
         picture.line(&[(x - CROSS, y + CROSS), (x + CROSS, y - CROSS)], stroke());
+    }
+
+    /// The case that was recorded.
+    fn ring(&self, picture: &mut Picture, at: Spot) {
+        let stroke = Stroke::new(self.palette.text, 1.0);
+        picture.circle(at, RING, Some(self.palette.background), Some(stroke));
     }
 
     /// Where nobody avoids it.
@@ -198,6 +216,10 @@ impl BoundaryChart {
                 }
             }
         });
+        if let Some((across, up)) = panel.recorded {
+            let at = (scales.0.at(across), scales.1.at(up));
+            picture.group("recorded", Some(area), |p| self.ring(p, at));
+        }
         picture.rectangle(&area, None, Some(Stroke::new(palette.text, 0.6)));
     }
 
@@ -346,6 +368,7 @@ mod tests {
                 up: vec![0.0, 1.0],
                 avoided: vec![vec![false, false, true, true], second],
                 invalid: vec![false; 4],
+                recorded: None,
             }]],
             palette: Palette::paper(),
             provenance: Provenance::default(),

@@ -280,6 +280,19 @@ impl EncounterCases {
         self.axes.len() > 1
     }
 
+    /// Where the recorded case lies on the axes of a panel; not in a panel whose third parameter is farther from the recorded
+    /// one than from the next panel's.
+    pub(super) fn recorded(&self, common: &[f64]) -> Option<(f64, f64)> {
+        let [across, up, rest @ ..] = &self.axes[..] else {
+            return None;
+        };
+        let is_here = { rest.iter().zip(common) }.all(|(axis, value)| {
+            let half = axis.values.get(1).map_or(0.0, |next| next - axis.values[0]) / 2.0;
+            (value - axis.recorded).abs() <= half
+        });
+        is_here.then_some((across.recorded, up.recorded))
+    }
+
     /// What the cases of a panel have in common.
     pub(super) fn panel_name(&self, common: &[f64]) -> String {
         let third = self.axes.get(2).zip(common.first());

@@ -239,6 +239,10 @@ impl FamilyResults {
                     _ => panel.across,
                 },
                 up: panel.up,
+                recorded: match &self.source {
+                    Source::Regulation(_) => None,
+                    Source::Encounter(cases) => cases.recorded(panel.common),
+                },
             };
             // Cut-ins have a row for each speed.
             let is_cut_in = matches!(self.source, Source::Regulation(Family::CutIn));
