@@ -394,6 +394,7 @@ mod tests {
         };
         IndexedEvents {
             scenarios: (0..12).map(scenario).collect(),
+            copies: 0,
             radius: 50.0,
         }
     }

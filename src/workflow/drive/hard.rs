@@ -265,7 +265,7 @@ mod tests {
             manifest.avoidable = Some([("0.5".to_owned(), certificate)].into());
             let text = serde_json::to_string(&manifest).unwrap();
             std::fs::write(folder.path().join("v.json"), text).unwrap();
-            has_stored_certificate(&entry, &prepared)
+            has_stored_certificate(&entry, &prepared).unwrap()
         };
         let problem = prepared.problem().id;
         assert!(save(problem, false));
