@@ -63,6 +63,7 @@ pub(super) const MOTORWAY: &[NotMadeFor] = &[
     NotMadeFor::Oncoming,
     NotMadeFor::Behind,
     NotMadeFor::Curve,
+    NotMadeFor::Reversing,
 ];
 
 const TTC: f64 = 2.0;
@@ -109,12 +110,12 @@ impl Driver for Competent {
                 && (is_perceived(other) && closes
                     || other.gap_lat <= 0.0 && other.acceleration < -HARD)
         });
-        (now.alarmed || risky).then(|| {
-            if self.0.is_late(now.dt) {
-                self.0.deceleration = RELEASED;
+        self.0.react(now.alarmed || risky, now.dt, |foot| {
+            if foot.is_late(now.dt) {
+                foot.deceleration = RELEASED;
                 return -RELEASED;
             }
-            self.0.press(JERK, MOST, now.dt)
+            foot.press(JERK, MOST, now.dt)
         })
     }
 

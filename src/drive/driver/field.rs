@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use nearmiss_base::geometry::{Area, Footprint, Placed, Point, Pose, Vector, angle_between};
-use nearmiss_scene::metrics::DrivenPath;
+use nearmiss_scene::metrics::{DrivenPath, Encounter};
 use nearmiss_scene::scenario::{Motion, Participant, Scene};
 
 use super::competent::WANDERING;
@@ -115,8 +115,8 @@ const HIDING: f64 = 0.7;
 
 impl<'s> Field<'s> {
     /// The field around the ego's encounter with an obstacle that is worst at a step: from 5 s before it to 4 s after it, or
-    /// until the ego touches another one, which is another encounter. `None` where the ego is not there before, or touched
-    /// another one before.
+    /// until the ego touches another one, which is another encounter. `None` where the ego is not there before, touched
+    /// another one before, or drives back over its own way into it.
     #[must_use]
     pub fn around(scene: &'s Scene, obstacle: i64, event: i64) -> Option<Self> {
         let dt = scene.scenario.dt();
@@ -167,7 +167,11 @@ impl<'s> Field<'s> {
                 None => field.last = touch.step - 1,
             }
         }
-        Some(field)
+        let is_there = |one: &Participant<'_>| one.obstacle.id == obstacle;
+        let other = scene.participants().find(is_there)?;
+        let touches = Encounter::at(scene, &other, event).is_some_and(|it| it.contact().is_some());
+        // Who drives back over its own way meets others at a place that the way has twice.
+        (field.contact.is_some() || !touches).then_some(field)
     }
 
     fn look_around(&self) -> Vec<Other<'s>> {
@@ -197,7 +201,7 @@ impl<'s> Field<'s> {
             if participant.obstacle.is_set_based() {
                 return None;
             }
-            let mut hint = 0;
+            let mut hint = None;
             let mut place = |step: i64| {
                 let (motion, is_known) = self.motion(&participant, step, ends)?;
                 let footprint = participant.footprint_at(step);
@@ -434,13 +438,13 @@ impl Lookout {
     /// Where others are now, were before and were when they were last expected to be somewhere.
     pub const LOOKS: [f64; 3] = [0.0, EVALUATION, EXPECTATION];
 
-    /// A body on the path; the place is looked for near `hint`.
+    /// A body on the path; the place is looked for near the piece `hint`, or everywhere.
     pub fn place(
         &self,
         footprint: &Footprint,
         motion: &Motion,
         is_known: bool,
-        hint: &mut usize,
+        hint: &mut Option<usize>,
     ) -> Option<Place> {
         let position = motion.pose.position;
         let (s, _) = self.path.project_near(&position, hint)?;

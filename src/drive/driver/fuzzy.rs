@@ -121,8 +121,8 @@ impl Driver for Fuzzy {
             let critical = critical(other, now.speed, now.acceleration);
             (cfs.max(critical), pfs.max(proactive(other, now.speed)))
         });
-        (cfs + pfs > 0.0).then(|| {
-            if self.0.is_late(now.dt) {
+        self.0.react(cfs + pfs > 0.0, now.dt, |foot| {
+            if foot.is_late(now.dt) {
                 return 0.0;
             }
             let most = if cfs > 0.0 {
@@ -130,9 +130,9 @@ impl Driver for Fuzzy {
             } else {
                 pfs * SOFT
             };
-            let pressed = (self.0.deceleration + JERK * now.dt).min(MOST);
-            self.0.deceleration = pressed.min(most);
-            -self.0.deceleration
+            let pressed = (foot.deceleration + JERK * now.dt).min(MOST);
+            foot.deceleration = pressed.min(most);
+            -foot.deceleration
         })
     }
 }

@@ -50,6 +50,7 @@ impl Driver for LastSecond {
             let enough = closing / (2.0 * MOST) + DELAY + STEP;
             other.ahead >= 0.0 && other.gap_lat <= ASIDE && other.ttc(now.speed).abs() <= enough
         });
+        // A system that has begun to brake is not slow again, as in the source's program.
         (now.alarmed || risky).then(|| if self.0.is_late(now.dt) { 0.0 } else { -MOST })
     }
 }

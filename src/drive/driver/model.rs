@@ -50,8 +50,10 @@ pub enum NotMadeFor {
     Oncoming,
     /// Traffic that comes from behind.
     Behind,
-    /// A path that turns by more than 20° until the conflict.
+    /// A path that turns by more than 20° until 2 s before the conflict: what comes later may be an evasion.
     Curve,
+    /// One of them drives backwards.
+    Reversing,
 }
 
 nearmiss_record::named!(NotMadeFor, "kind of encounter");
@@ -66,6 +68,7 @@ impl NotMadeFor {
             Self::Oncoming => "oncoming traffic",
             Self::Behind => "traffic from behind",
             Self::Curve => "curves",
+            Self::Reversing => "reversing",
         }
     }
 }
@@ -146,8 +149,12 @@ pub(super) const EXPECTATION: f64 = 1.0;
 /// A foot on its way to the brake, and on it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foot {
+    /// The seconds that it takes to the brake, and back.
+    whole: f64,
     /// Until it is on the brake, seconds.
     pub delay: f64,
+    /// Since nothing made it react, seconds.
+    idle: f64,
     /// The present deceleration, m/s².
     pub deceleration: f64,
 }
@@ -156,9 +163,36 @@ impl Foot {
     /// A foot that needs so many seconds.
     pub fn after(delay: f64) -> Self {
         Self {
+            whole: delay,
             delay,
+            idle: 0.0,
             deceleration: 0.0,
         }
+    }
+
+    /// What it does in this step if there is a risk, as `act` says.
+    pub fn react(
+        &mut self,
+        risky: bool,
+        dt: f64,
+        act: impl FnOnce(&mut Self) -> f64,
+    ) -> Option<f64> {
+        if risky {
+            self.idle = 0.0;
+            return Some(act(self));
+        }
+        self.rest(dt);
+        None
+    }
+
+    /// A step without a risk. After as many as it took to the brake it is back, and needs that time again: whether it is.
+    pub fn rest(&mut self, dt: f64) -> bool {
+        self.idle += dt;
+        let is_back = self.idle > self.whole - 1e-9;
+        if is_back {
+            *self = Self::after(self.whole);
+        }
+        is_back
     }
 
     /// Whether it is still on its way in this step.
@@ -194,5 +228,27 @@ mod tests {
             let late = (0..100).take_while(|_| foot.is_late(dt)).count();
             assert_eq!(late, steps, "{delay} s in steps of {dt} s");
         }
+    }
+
+    #[test]
+    fn a_new_risk_takes_the_delay_again() {
+        let dt = 0.1;
+        let mut foot = Foot::after(0.75);
+        let mut braking = |risky| {
+            let act = |foot: &mut Foot| {
+                if foot.is_late(dt) {
+                    0.0
+                } else {
+                    foot.press(10.0, 7.0, dt)
+                }
+            };
+            foot.react(risky, dt, act)
+        };
+        let mut late = |quiet: usize| {
+            let calm: Vec<_> = (0..quiet).map(|_| braking(false)).collect();
+            assert!(calm.iter().all(Option::is_none));
+            (0..20).filter(|_| braking(true) == Some(0.0)).count()
+        };
+        assert_eq!((late(0), late(7), late(8)), (8, 0, 8));
     }
 }

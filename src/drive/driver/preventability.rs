@@ -90,6 +90,9 @@ const ONCOMING: f64 = 3.0 * std::f64::consts::FRAC_PI_4;
 /// So long before the contact its direction counts, seconds.
 const APPROACH: f64 = 2.0;
 
+/// So long before the encounter the ego's path may be its evasion, and is no curve, seconds.
+const EVASION: f64 = 2.0;
+
 /// What is slower stands, m/s: its heading does not matter.
 const STANDING: f64 = 0.5;
 
@@ -301,6 +304,13 @@ impl Field<'_> {
         };
         // Its direction is that before the contact: who turns across the way crosses it or comes towards the ego for a while.
         let approach = (APPROACH / self.lookout.dt).round() as i64;
+        let reverses = (self.first..=step).any(|at| {
+            let motions = [self.scene.ego.track.at(at), other.at(at)];
+            { motions.iter().flatten() }.any(|motion| motion.velocity < -STANDING)
+        });
+        if reverses {
+            kinds.push(NotMadeFor::Reversing);
+        }
         // Who is too far aside to be on the path is compared with the ego's own heading.
         let moving = { (self.first..=step).rev() }.filter_map(|at| {
             let (own, motion) = (self.scene.ego.track.at(at)?, other.at(at)?);
@@ -326,7 +336,9 @@ impl Field<'_> {
         if contact.map_or(behind, Touch::is_from_behind) {
             kinds.push(NotMadeFor::Behind);
         }
-        let headings = [0.0, s].map(|s| self.lookout.path.at(s).map(|pose| pose.heading));
+        let until = (step - self.first - (EVASION / self.lookout.dt).round() as i64).max(0);
+        let until = self.ego.get(until as usize).map_or(0.0, |(s, _)| *s);
+        let headings = [0.0, until].map(|s| self.lookout.path.at(s).map(|pose| pose.heading));
         if let [Some(a), Some(b)] = headings
             && angle_between(a, b).abs() > CURVE
         {

@@ -47,10 +47,11 @@ pub struct Touch {
 }
 
 impl Touch {
-    /// Whether the other's front runs into the ego's rear.
+    /// Whether the other's front runs into the ego's rear: not where the ego backs into it.
     #[must_use]
     pub fn is_from_behind(&self) -> bool {
-        self.ego == ContactSide::Rear && self.other == ContactSide::Front
+        let [own, other] = self.velocities.map(|velocity| velocity.norm());
+        self.ego == ContactSide::Rear && self.other == ContactSide::Front && other > own
     }
 }
 

@@ -89,11 +89,11 @@ impl Driver for Rss {
             .others
             .iter()
             .any(|other| Self::is_too_close(other, now.speed));
-        risky.then(|| {
-            if self.0.is_late(now.dt) {
+        self.0.react(risky, now.dt, |foot| {
+            if foot.is_late(now.dt) {
                 return 0.0;
             }
-            self.0.press(JERK, MOST, now.dt)
+            foot.press(JERK, MOST, now.dt)
         })
     }
 }

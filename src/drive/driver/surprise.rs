@@ -42,7 +42,7 @@ pub const MODEL: DriverModel = DriverModel {
              theirs: Green, Transportation Human Factors 2, 2000 (r, R), Markkula et al., Accident Analysis and \
              Prevention 95, 2016 (k), UN Regulation 157 (j, B)",
     limits: "not Waymo's model, whose coefficients are not used; it brakes where NIEON may swerve",
-    not_made_for: &[NotMadeFor::Behind],
+    not_made_for: &[NotMadeFor::Behind, NotMadeFor::Reversing],
     following_gap: None,
     begin: Some(|| Box::new(Surprised(None))),
 };
@@ -84,12 +84,20 @@ impl Driver for Surprised {
             let seconds = contact(other, now.speed, margin);
             other.ahead >= 0.0 && seconds.is_some_and(|seconds| seconds <= 1.0 / LOOMING)
         });
-        let surprise = conflicts.map(|other| other.surprise).reduce(f64::max)?;
+        let Some(surprise) = conflicts.map(|other| other.surprise).reduce(f64::max) else {
+            // Back at the accelerator, the next one surprises anew.
+            if self.0.as_mut().is_some_and(|foot| foot.rest(now.dt)) {
+                self.0 = None;
+            }
+            return None;
+        };
         let response = || EXPECTED + (SURPRISED - EXPECTED) * (1.0 - (-surprise).exp());
         let foot = self.0.get_or_insert_with(|| Foot::after(response()));
-        if foot.is_late(now.dt) {
-            return Some(0.0);
-        }
-        Some(foot.press(JERK, MOST, now.dt))
+        foot.react(true, now.dt, |foot| {
+            if foot.is_late(now.dt) {
+                return 0.0;
+            }
+            foot.press(JERK, MOST, now.dt)
+        })
     }
 }

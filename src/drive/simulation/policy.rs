@@ -20,7 +20,7 @@ pub enum Policy {
     LaneFollowing,
     /// Along the lane with the Intelligent Driver Model.
     Idm,
-    /// Like the one before, until something makes this driver react.
+    /// Like the one before, but it brakes gently until something makes this driver react.
     Driver(&'static DriverModel),
 }
 
@@ -73,7 +73,7 @@ pub(super) struct Seat<'a> {
     lookout: Lookout,
     driver: Option<Box<dyn Driver>>,
     /// Where on the path each obstacle was looked for last.
-    hints: HashMap<i64, usize>,
+    hints: HashMap<i64, Option<usize>>,
     /// The rear axle along the path of the guide, metres.
     s: f64,
     /// At the start: arc length, offset (m) and angle to the path (rad), which fade.
@@ -244,7 +244,10 @@ impl<'a> Seat<'a> {
         let wanted = leader.map_or(free, |leader| {
             free - idm.interaction(v, leader.gap_long, leader.speed.max(0.0))
         });
-        // No more than people brake, as traffic that reacts.
-        wanted.max(-HumanLimits::for_kind(ObstacleType::Car).braking)
+        // No more than people brake, as traffic that reacts; a driver brakes harder only as its rule says.
+        wanted.max(match self.policy {
+            Policy::Driver(_) => ORDINARY.0,
+            _ => -HumanLimits::for_kind(ObstacleType::Car).braking,
+        })
     }
 }

@@ -79,16 +79,25 @@ impl Finding {
         drivers: Option<&PreventabilityRecord>,
         id: &str,
     ) -> (Self, String) {
-        // A drive that no vehicle can do shows nothing.
-        if driven.is_beyond_vehicle() == Some(true) {
-            let beyond = driven.drive.undrivable().len();
-            return (
-                Self::Open,
-                format!("{} beyond the vehicle", counted(beyond, "step")),
-            );
+        let (finding, why) = Self::of_ending(driven, drivers, id);
+        // A drive that no vehicle can do proves nothing; its contact stays one.
+        if finding.is_met() == Some(true) && driven.is_beyond_vehicle() == Some(true) {
+            let beyond = counted(driven.drive.undrivable().len(), "step");
+            return (Self::Open, format!("{beyond} beyond the vehicle"));
         }
+        (finding, why)
+    }
+
+    fn of_ending(
+        driven: &DrivenScenario,
+        drivers: Option<&PreventabilityRecord>,
+        id: &str,
+    ) -> (Self, String) {
         if driven.unharmed() {
-            return (Self::NoContact, String::new());
+            return match driven.cut_off() {
+                Some(why) => (Self::Open, why),
+                None => (Self::NoContact, String::new()),
+            };
         }
         if driven.collision().is_none() {
             let why = driven.planner_words();
@@ -425,27 +434,34 @@ pub fn held(
         held.identities.push(record.planner_summary());
         held.contacts.push(seat);
     }
-    held.doubt(who, id);
+    held.doubt(who, id, prepared.scenario.dt());
     Ok(Some(held))
 }
 
 impl HeldScenario {
     /// Leaves contacts open that the driver does not avoid in the planner's seat, unless it comes to a contact with the same
-    /// road user that it does not avoid itself when it drives from the start: whether the planner drove into it, or the attack
-    /// was made for its timing, is not known.
-    fn doubt(&mut self, who: &[(PlannerChoice, Role)], driver: &str) {
+    /// road user, no more than [`SAME_CONTACT`] earlier or later, that it does not avoid itself when it drives from the start:
+    /// whether the planner drove into it, or the attack was made for its timing, is not known.
+    fn doubt(&mut self, who: &[(PlannerChoice, Role)], driver: &str, dt: f64) {
         let from_start = who.iter().position(|(planner, _)| {
             { planner.policy }.is_some_and(|policy| policy.name() == driver)
         });
-        let Some(own) = from_start.map(|place| self.drives[place].clone()) else {
+        let Some(place) = from_start else {
             return;
         };
-        let is_same = |drive: &AnnexDrive| {
-            own.finding == Finding::Unpreventable && own.obstacle == drive.obstacle
+        let own = self.contacts[place].clone();
+        let own = own.filter(|_| self.drives[place].finding == Finding::Unpreventable);
+        let is_same = |contact: &Option<PreventabilityRecord>| {
+            own.as_ref().zip(contact.as_ref()).is_some_and(|(own, it)| {
+                let apart = (own.step - it.step).abs() as f64 * dt;
+                own.obstacle == it.obstacle && apart <= SAME_CONTACT
+            })
         };
-        let unpreventable = { self.drives.iter_mut() }
-            .filter(|drive| drive.finding == Finding::Unpreventable && !is_same(drive));
-        for drive in unpreventable {
+        let unpreventable =
+            { self.drives.iter_mut().zip(&self.contacts) }.filter(|(drive, contact)| {
+                drive.finding == Finding::Unpreventable && !is_same(contact)
+            });
+        for (drive, _) in unpreventable {
             drive.finding = Finding::Open;
             drive.why_open = format!(
                 "not avoided by {driver} in its seat, but {driver} has no such contact from the start"
@@ -453,6 +469,9 @@ impl HeldScenario {
         }
     }
 }
+
+/// Contacts with the same road user that are farther apart are two, seconds.
+const SAME_CONTACT: f64 = 1.0;
 
 /// The map at the contact, and what it is.
 fn picture(driven: &DrivenScenario, planner: &str, finding: Finding) -> Option<(String, String)> {

@@ -238,16 +238,21 @@ impl DrivenScenario {
                 .into(),
             );
         }
-        if let Some(words) = self.planner_words() {
-            return Some(words);
-        }
+        self.planner_words().or_else(|| self.cut_off())
+    }
+
+    /// Why it ended in time before the goal's time does.
+    #[must_use]
+    pub fn cut_off(&self) -> Option<String> {
         let problems = self.scenario.planning_problems.iter();
         let deadline = { problems }.find(|p| p.id == self.problem)?.deadline()?;
         let (last, _) = self.drive.states.last()?;
         (*self.outcome() == Outcome::Timeout && *last < deadline).then(|| {
-            format!(
-                "stopped after {MOST_DRIVEN} steps, the maximum; the goal's time ends at step {deadline}"
-            )
+            let why = match self.is_recorded {
+                true => format!("the recording ends at step {last}"),
+                false => format!("stopped after {MOST_DRIVEN} steps, the maximum"),
+            };
+            format!("{why}; the goal's time ends at step {deadline}")
         })
     }
 

@@ -60,7 +60,7 @@ pub fn encounters(
 pub fn left_out(without: usize) -> Option<String> {
     let encounters = counted(without, "encounter");
     (without > 0).then(|| {
-        format!("no driver is judged in {encounters} at the begin of the recording or after another contact")
+        format!("no driver is judged in {encounters}: at the begin of the recording, after another contact, or on a way that the ego drives back")
     })
 }
 

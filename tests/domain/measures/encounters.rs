@@ -92,6 +92,29 @@ fn who_stands_can_drive_away() {
     assert!(found.by("ideal").unwrap().avoids(), "{found:?}");
 }
 
+/// A car with a motion: place, heading and speed after so many seconds.
+fn moving(id: i64, motion: impl Fn(f64) -> ((f64, f64), f64, f64)) -> Obstacle {
+    let state = |step: i64| {
+        let ((x, y), heading, speed) = motion(step as f64 * 0.1);
+        State {
+            position: Some(Position::Point(Point::new(x, y))),
+            orientation: Some(Quantity::Exact(heading)),
+            velocity: Some(Quantity::Exact(speed)),
+            ..State::at(Steps::exact(step))
+        }
+    };
+    let parts = ObstacleParts {
+        id,
+        role: ObstacleRole::Dynamic,
+        kind: ObstacleType::Car,
+        footprint: Some(Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap()),
+        initial: Some(state(0)),
+        prediction: Prediction::Trajectory((1..=100).map(state).collect()),
+        signals: Vec::new(),
+    };
+    Obstacle::new(parts, 0.1)
+}
+
 /// A car that drives up and turns by 80° to the right within 2 s, to be at (60, 0) at 4 s, and goes on.
 fn turning_in() -> Obstacle {
     const SPEED: f64 = 5.0;
@@ -103,25 +126,10 @@ fn turning_in() -> Obstacle {
         way.push((x + 0.1 * SPEED * angle.cos(), y + 0.1 * SPEED * angle.sin()));
     }
     let at = way[40];
-    let state = |step: i64| {
-        let (x, y) = way[step as usize];
-        State {
-            position: Some(Position::Point(Point::new(60.0 + x - at.0, y - at.1))),
-            orientation: Some(Quantity::Exact(heading(step as f64 * 0.1))),
-            velocity: Some(Quantity::Exact(SPEED)),
-            ..State::at(Steps::exact(step))
-        }
-    };
-    let parts = ObstacleParts {
-        id: 2,
-        role: ObstacleRole::Dynamic,
-        kind: ObstacleType::Car,
-        footprint: Some(Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap()),
-        initial: Some(state(0)),
-        prediction: Prediction::Trajectory((1..=100).map(state).collect()),
-        signals: Vec::new(),
-    };
-    Obstacle::new(parts, 0.1)
+    moving(2, |t| {
+        let (x, y) = way[(t * 10.0).round() as usize];
+        ((60.0 + x - at.0, y - at.1), heading(t), SPEED)
+    })
 }
 
 #[test]
@@ -143,4 +151,86 @@ fn models_of_motorways_are_not_made_for_who_turns_in() {
             format!("{id} is not made for crossing traffic")
         );
     }
+}
+
+#[test]
+fn millimetres_at_a_standstill_turn_no_path() {
+    // From 15 m/s with 8 m/s² from 2 s on: it stops at 44.06 m, half a metre before the other.
+    let found = |noise: f64| {
+        let ego = moving(1, |t| {
+            let braking = (t - 2.0_f64).clamp(0.0, 1.875);
+            let x = 15.0 * t.min(2.0) + 15.0 * braking - 4.0 * braking * braking;
+            let aside = if t > 3.9 {
+                noise * (7.3 * t).sin()
+            } else {
+                0.0
+            };
+            ((x, aside), 0.0, 15.0 - 8.0 * braking)
+        });
+        let scene = scene(vec![ego, car(2, (48.56, 0.0), 0.0, 0.0, 0.0)]);
+        let moments = critical_moments(&Context::new(&scene));
+        PreventabilityRecord::of(&scene, 2, moments[0].step, false).unwrap()
+    };
+    let (clean, noisy) = (found(0.0), found(0.002));
+    assert_eq!(results(&clean), results(&noisy));
+    let last = |found: &PreventabilityRecord| {
+        let all = found.drivers.iter();
+        all.map(|one| one.last_moment_step).collect::<Vec<_>>()
+    };
+    assert_eq!(last(&clean), last(&noisy));
+}
+
+#[test]
+fn an_evasion_in_the_last_seconds_is_no_curve() {
+    // Turning by 30° within the last 0.8 s: it hits the standing car at an angle.
+    let turned = |t: f64| 0.65 * (t - 4.0).clamp(0.0, 0.8);
+    let mut way = vec![(0.0, 0.0)];
+    for step in 0..100 {
+        let (x, y) = way[step];
+        let angle = turned(step as f64 * 0.1);
+        way.push((x + 3.0 * angle.cos(), y + 3.0 * angle.sin()));
+    }
+    let (x, y) = way[49];
+    let ego = moving(1, |t| (way[(t * 10.0).round() as usize], turned(t), 30.0));
+    let found = contact(&scene(vec![ego, car(2, (x, y), 0.0, 0.0, 0.0)]), 2);
+    let cc = found.unwrap();
+    assert_eq!(cc.by("cc").unwrap().not_made_for, None, "{cc:?}");
+}
+
+#[test]
+fn who_drives_backwards_is_hit_by_no_one() {
+    let ego = moving(1, |t| ((-3.0 * t, 0.0), 0.0, -3.0));
+    let found = contact(&scene(vec![ego, car(2, (-15.0, 0.0), 0.0, 0.0, 0.0)]), 2).unwrap();
+    for id in ["cc", "r157", "rss", "fsm", "nieon"] {
+        let verdict = found.by(id).unwrap();
+        assert_eq!(verdict.not_made_for, Some(NotMadeFor::Reversing), "{id}");
+    }
+    assert!(found.by("ideal").unwrap().avoids(), "{found:?}");
+}
+
+#[test]
+fn a_contact_on_the_way_back_stays_one() {
+    // 20 m, a half circle of 6 m radius, and back into a parked car.
+    let half = 6.0 * std::f64::consts::PI;
+    let ego = moving(1, |t| {
+        let s = 7.0 * t;
+        let angle = ((s - 20.0) / 6.0).clamp(0.0, std::f64::consts::PI);
+        let back = (s - 20.0 - half).max(0.0);
+        let place = (
+            s.min(20.0) + 6.0 * angle.sin() - back,
+            6.0 - 6.0 * angle.cos(),
+        );
+        (place, angle, 7.0)
+    });
+    let found = contact(&scene(vec![ego, car(2, (5.0, 12.0), 0.0, 0.0, 0.0)]), 2).unwrap();
+    assert_eq!(found.closing_speed, Some(7.0));
+    // Forth and back over the same way into who stands behind its begin: not judged.
+    let ego = moving(1, |t| {
+        (
+            (14.0 - 7.0 * (t - 2.0).abs(), 0.0),
+            0.0,
+            if t > 2.0 { -7.0 } else { 7.0 },
+        )
+    });
+    assert!(contact(&scene(vec![ego, car(2, (-9.0, 0.0), 0.0, 0.0, 0.0)]), 2).is_none());
 }

@@ -37,10 +37,12 @@ impl Course {
 /// The way that a body drove, by arc length.
 #[derive(Debug, Clone)]
 pub struct DrivenPath {
+    /// Steps, and the arc lengths at them, metres.
     steps: Vec<i64>,
-    /// Arc lengths at the steps, metres.
-    lengths: Vec<f64>,
+    at_steps: Vec<f64>,
+    /// Places farther apart than [`MIN_MOVEMENT`], and the arc lengths there, metres.
     poses: Vec<Pose>,
+    lengths: Vec<f64>,
     /// Where it comes from, and where it goes on after its end: unit vectors.
     from: Vector,
     on: Vector,
@@ -49,8 +51,14 @@ pub struct DrivenPath {
 /// Pieces on either side that are looked at together.
 const AROUND: usize = 8;
 
-/// Movements below this are noise at standstill, metres.
-const MIN_MOVEMENT: f64 = 1e-3;
+/// Movements below this may be noise at standstill, metres: they turn no way.
+const MIN_MOVEMENT: f64 = 0.1;
+
+/// The direction of a way at its ends is that of so many metres.
+const END: f64 = 0.5;
+
+/// The heading tells that direction better, unless both are farther apart: not every recording knows it, radians.
+const HEADING: f64 = 15.0 * std::f64::consts::PI / 180.0;
 
 impl DrivenPath {
     /// The way through recorded places, in order of time.
@@ -58,59 +66,90 @@ impl DrivenPath {
     pub fn from_motions(motions: impl Iterator<Item = (i64, Motion)>) -> Self {
         let mut path = Self {
             steps: Vec::new(),
-            lengths: Vec::new(),
+            at_steps: Vec::new(),
             poses: Vec::new(),
+            lengths: Vec::new(),
             from: Vector::zeros(),
             on: Vector::zeros(),
         };
         let mut length = 0.0;
+        // Movements since the last place of those that are too small for another.
+        let mut small: Vec<Vector> = Vec::new();
         for (step, motion) in motions {
-            match path.poses.last() {
-                Some(last) => {
-                    let moved = motion.pose.position - last.position;
-                    if moved.norm() > MIN_MOVEMENT {
-                        path.on = moved.normalize();
-                        if length == 0.0 {
-                            path.from = path.on;
-                        }
-                        length += moved.norm();
-                    }
-                }
-                None => {
-                    let forwards = motion.velocity >= 0.0;
-                    path.on = motion.pose.forward() * if forwards { 1.0 } else { -1.0 };
-                    path.from = path.on;
-                }
-            }
             path.steps.push(step);
-            path.lengths.push(length);
-            path.poses.push(motion.pose);
+            let Some(last) = path.poses.last() else {
+                let forwards = motion.velocity >= 0.0;
+                path.on = motion.pose.forward() * if forwards { 1.0 } else { -1.0 };
+                path.add(motion.pose, length);
+                path.at_steps.push(length);
+                continue;
+            };
+            let moved = motion.pose.position - last.position;
+            if moved.norm() <= MIN_MOVEMENT {
+                small.push(moved);
+                continue;
+            }
+            path.on = moved.normalize();
+            path.place(&mut small, length);
+            length += moved.norm();
+            path.add(motion.pose, length);
+            path.at_steps.push(length);
+        }
+        path.place(&mut small, length);
+        if let [first, .., last] = path.poses[..] {
+            let whole = length - END;
+            let near = |p: &&Pose| (p.position - first.position).norm() >= END;
+            let next = path.poses.iter().find(near).unwrap_or(&last);
+            path.from = direction(&first, &(next.position - first.position));
+            let before = path.lengths.partition_point(|l| *l <= whole).max(1) - 1;
+            path.on = direction(&last, &(last.position - path.poses[before].position));
+        } else {
+            path.from = path.on;
         }
         path
+    }
+
+    fn add(&mut self, pose: Pose, length: f64) {
+        self.poses.push(pose);
+        self.lengths.push(length);
+    }
+
+    /// Gives small movements from an arc length on their own, along the present direction and never back.
+    fn place(&mut self, small: &mut Vec<Vector>, length: f64) {
+        let mut farthest = 0.0;
+        for moved in small.drain(..) {
+            farthest = moved.dot(&self.on).max(farthest);
+            self.at_steps.push(length + farthest);
+        }
     }
 
     /// The arc length (m) at a step; of who stands still at every step, as that of a static obstacle.
     #[must_use]
     pub fn length_at(&self, step: i64) -> Option<f64> {
         match self.steps.binary_search(&step) {
-            Ok(place) => Some(self.lengths[place]),
+            Ok(place) => Some(self.at_steps[place]),
             Err(_) if self.steps.len() == 1 => Some(0.0),
             Err(_) => None,
         }
     }
 
     /// Arc length and offset to the left (m) of the place nearest to a point, straight on at both ends: nearest around
-    /// the piece `hint`, which becomes that of the place found.
+    /// the piece `hint`, or of all, which becomes that of the place found.
     #[must_use]
-    pub fn project_near(&self, point: &Point, hint: &mut usize) -> Option<(f64, f64)> {
+    pub fn project_near(&self, point: &Point, hint: &mut Option<usize>) -> Option<(f64, f64)> {
         let first = self.poses.first()?;
         let pieces = self.poses.len() - 1;
-        let middle = (*hint).min(pieces.saturating_sub(1));
-        let (mut low, mut high) = (middle, (middle + 1).min(pieces));
+        let (mut low, mut high) = match *hint {
+            Some(piece) => {
+                let middle = piece.min(pieces.saturating_sub(1));
+                (middle, (middle + 1).min(pieces))
+            }
+            None => (0, pieces),
+        };
         let best = loop {
-            let found = (low..high).filter_map(|piece| {
-                self.foot(point, piece)
-                    .map(|(apart, at)| (apart, piece, at))
+            let found = (low..high).map(|piece| {
+                let (apart, at) = self.foot(point, piece);
+                (apart, piece, at)
             });
             let best = found.min_by(|a, b| a.0.total_cmp(&b.0));
             // Farther on either side while the nearest is at the edge.
@@ -124,7 +163,7 @@ impl DrivenPath {
         };
         match best {
             Some((_, piece, at)) => {
-                *hint = piece;
+                *hint = Some(piece);
                 Some(at)
             }
             // It never moved.
@@ -135,26 +174,35 @@ impl DrivenPath {
         }
     }
 
-    /// How far a point is from a piece, and its foot there: arc length and offset to the left; the first and the last
-    /// piece go on.
-    fn foot(&self, point: &Point, piece: usize) -> Option<(f64, (f64, f64))> {
+    /// How far a point is from a piece, and its foot there: arc length and offset to the left; straight on before the first
+    /// and behind the last.
+    fn foot(&self, point: &Point, piece: usize) -> (f64, (f64, f64)) {
         let (from, to) = (self.poses[piece].position, self.poses[piece + 1].position);
-        let length = self.lengths[piece + 1] - self.lengths[piece];
-        if length <= 0.0 {
-            return None;
-        }
-        let (unit, away) = ((to - from) / length, point - from);
+        let (begin, end) = (self.lengths[piece], self.lengths[piece + 1]);
+        let (unit, away) = ((to - from) / (end - begin), point - from);
         let (s, d) = (away.dot(&unit), unit.perp(&away));
-        let least = if self.lengths[piece] <= 0.0 {
-            f64::NEG_INFINITY
-        } else {
-            0.0
-        };
-        let is_last = self.lengths.last() <= Some(&self.lengths[piece + 1]);
-        let most = if is_last { f64::INFINITY } else { length };
-        let on = s.clamp(least, most);
+        let on = s.clamp(0.0, end - begin);
         let apart = (s - on).hypot(d);
-        Some((apart, (self.lengths[piece] + on, apart.copysign(d))))
+        let mut best = (apart, (begin + on, apart.copysign(d)));
+        let mut straight = |place: Point, along: Vector, length: f64| {
+            let away = point - place;
+            let (beyond, aside) = (away.dot(&along), along.perp(&away));
+            let is_beyond = if length == 0.0 {
+                beyond < 0.0
+            } else {
+                beyond > 0.0
+            };
+            if is_beyond && aside.abs() < best.0 {
+                best = (aside.abs(), (length + beyond, aside));
+            }
+        };
+        if piece == 0 {
+            straight(from, self.from, 0.0);
+        }
+        if piece + 2 == self.poses.len() {
+            straight(to, self.on, end);
+        }
+        best
     }
 
     /// How far a point is beside the way, straight on at its end, metres; nothing of one that lies before its begin: the
@@ -173,11 +221,7 @@ impl DrivenPath {
     /// How far a point is from the way, straight on at its end, metres.
     fn nearest(&self, point: &Point) -> f64 {
         let mut nearest = f64::INFINITY;
-        let segments = self.poses.windows(2).zip(self.lengths.windows(2));
-        for (ends, lengths) in segments {
-            if lengths[1] <= lengths[0] {
-                continue;
-            }
+        for ends in self.poses.windows(2) {
             let (from, to) = (ends[0].position, ends[1].position);
             let along = to - from;
             let share = (point - from).dot(&along) / along.norm_squared();
@@ -235,6 +279,22 @@ impl DrivenPath {
             position: from.position + (to.position - from.position) * share,
             heading: from.heading + angle_between(from.heading, to.heading) * share,
         })
+    }
+}
+
+/// The direction of a way at a pose, of what it moved there: that of the body, forwards or backwards, where it moves along
+/// its heading.
+fn direction(pose: &Pose, moved: &Vector) -> Vector {
+    let (moved, forward) = (moved.normalize(), pose.forward());
+    let along = if moved.dot(&forward) < 0.0 {
+        -forward
+    } else {
+        forward
+    };
+    if moved.dot(&along) >= HEADING.cos() {
+        along
+    } else {
+        moved
     }
 }
 
