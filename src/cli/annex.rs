@@ -8,6 +8,7 @@ use nearmiss_scene::scenario::ContentHash;
 use nearmiss_settings::TextFile;
 use nearmiss_study::evaluation::AnswerPage;
 use nearmiss_workflow::annex::{Annex, PlannerFindings, Role, SafetyRequirement, held};
+use nearmiss_workflow::tables::too_coarse;
 use nearmiss_workflow::{read_events, selected};
 
 use super::ending::interrupted;
@@ -72,6 +73,7 @@ pub fn run(arguments: &AnnexArguments) -> Outcome {
     };
     let entries = found(&requirement.scenarios)
         .map_err(|failure| of_file(&format!("scenarios: {}", failure.message)))?;
+    let listed = entries.len();
     let entries = selected(entries, requirement.select.as_deref(), &thresholds)
         .map_err(|why| of_file(&why))?;
     let files = begun(arguments, &entries)?;
@@ -87,7 +89,9 @@ pub fn run(arguments: &AnnexArguments) -> Outcome {
         who: { who.iter() }
             .map(|(planner, role)| (planner.name.clone(), *role))
             .collect(),
+        listed,
         held: Vec::new(),
+        copies: Vec::new(),
         missed: Vec::new(),
         requirement,
     };
@@ -106,7 +110,18 @@ pub fn run(arguments: &AnnexArguments) -> Outcome {
         },
         |entry, held| {
             match held {
-                Ok(held) => annex.held.push(held),
+                Ok(held) => {
+                    let name = held.scenario.scenario.clone();
+                    if let Some(other) = annex.with_content_of(&held) {
+                        let words = format!("{name}: left out, the content of {}", other.file);
+                        output::say(&format!("nearmiss: {}", output::visible(&words)));
+                        annex.copies.push(name);
+                    } else {
+                        let coarse = too_coarse(&held.scenario.file, held.scenario.time_step);
+                        coarse.iter().for_each(|words| output::say(words));
+                        annex.held.push(held);
+                    }
+                }
                 Err(error) => {
                     output::say(&format!("nearmiss: {error}"));
                     annex
@@ -166,8 +181,11 @@ fn begun(
         }
         Ok((Target::begin(Some(file), arguments.overwrite)?, format))
     };
-    let twice = { arguments.output.iter().enumerate() }
-        .find(|(place, file)| arguments.output[..*place].contains(file));
+    let names: Vec<PathBuf> = { arguments.output.iter() }
+        .map(|file| std::path::absolute(file).unwrap_or_else(|_| file.clone()))
+        .collect();
+    let all = arguments.output.iter().enumerate();
+    let twice = { all }.find(|(place, _)| names[..*place].contains(&names[*place]));
     if let Some((_, file)) = twice {
         return Err(Failure::input(format!(
             "-o {}: named twice",

@@ -22,7 +22,7 @@ use nearmiss_workflow::SimulatedEgo;
 use nearmiss_workflow::convert::{ConvertRequest, Part, Target, convert_varied};
 use nearmiss_workflow::tables::{
     Encounter, EncounterCases, FamilyResults, RowFile, Vary, encounter_rows, encounter_table,
-    encounters, left_out,
+    encounters, left_out, too_coarse,
 };
 
 /// Arguments of `drivers`.
@@ -208,13 +208,7 @@ type Judged = (Vec<String>, std::sync::Arc<Scene>, Vec<Encounter>);
 
 fn judged(entry: &Entry, ego: &EgoSelection, thresholds: &Thresholds) -> Result<Judged, Failure> {
     let (scene, mut said) = scene_and_doubts(entry, ego)?;
-    let dt = scene.scenario.dt();
-    if dt > COARSE {
-        said.push(format!(
-            "nearmiss: {}: time steps of {dt} s are too coarse for drivers: delays are whole steps, and they brake late",
-            output::visible(&entry.display())
-        ));
-    }
+    said.extend(too_coarse(&entry.display(), scene.scenario.dt()));
     let (found, early) = encounters(entry, &scene, thresholds).map_err(Failure::input)?;
     said.extend(left_out(early).map(|words| {
         let name = output::visible(&entry.display());
@@ -222,9 +216,6 @@ fn judged(entry: &Entry, ego: &EgoSelection, thresholds: &Thresholds) -> Result<
     }));
     Ok((said, scene, found))
 }
-
-/// Delays of drivers are 0.35 s and more, and whole time steps, seconds.
-const COARSE: f64 = 0.2;
 
 /// The table for people.
 fn text(rows: &[Row]) -> String {
@@ -245,14 +236,15 @@ fn text(rows: &[Row]) -> String {
             .iter()
             .map(|driver| column(driver.id, Kind::Text, "")),
     );
+    columns.push(column("n/a: not made for", Kind::Text, ""));
     if rows.is_empty() {
         return "no contact, conflict or near miss that someone could drive before\n".into();
     }
     format!(
         "{}\n{}\n",
         text_table(&columns, rows),
-        "seconds: avoids contact, and could still do so when it took over so long before the encounter; hits: closing speed \
-         at its contact; avoided: as a certificate or another drive shows; n/a: not made for it; behind: hit from behind by traffic that does not see it brake"
+        "seconds: avoids the contact, and could still do so when it took over so long before; avoided: a near miss, or \
+         another drive shows it; hits: closing speed at its contact; behind: hit from behind by traffic that does not see it brake"
     )
 }
 
@@ -268,9 +260,6 @@ fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
         (DriverOutcome::HitFromBehind, _) => "behind".to_owned(),
         (_, Some(speed)) => format!("hits {speed:.1} m/s"),
         _ => match verdict.last_moment_step {
-            Some(last) if last <= found.from_step => {
-                format!("≥{:.1} s", (found.step - last) as f64 * scene.scenario.dt())
-            }
             Some(last) => format!("{:.1} s", (found.step - last) as f64 * scene.scenario.dt()),
             None => verdict.result.name().into(),
         },
@@ -287,7 +276,8 @@ fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
         },
     ];
     let drivers = found.drivers.iter().map(|verdict| cell(verdict).into());
-    fixed.into_iter().chain(drivers).collect()
+    let kinds = found.not_made_for().map_or(Cell::None(""), Cell::from);
+    fixed.into_iter().chain(drivers).chain([kinds]).collect()
 }
 
 impl json::Output for DriverRecord {

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::{DrawingOrder, SampledWindow, in_cells};
 use nearmiss_workflow::PlanError;
 use nearmiss_workflow::drive::{Hardness, Solver, hardness};
@@ -27,6 +28,8 @@ struct Counts {
     solved: [usize; Solver::ALL.len()],
     /// Scenarios without a planning problem, or without a way to its goal.
     nothing: usize,
+    /// Scenarios with the content of one before.
+    copies: usize,
     failed: usize,
 }
 
@@ -52,18 +55,25 @@ pub fn drawn(
     let windows: Vec<SampledWindow<SampleLine>> = windows.collect();
     let drive = |window: &SampledWindow<SampleLine>| {
         let entry = entry(Path::new(&window.row.file)).map_err(NotDriven::Failed);
-        let judged = |entry| {
-            hardness(&entry, &settings, &cancel).map_err(|error| match error {
+        let judged = |entry: Entry| {
+            let hash = entry
+                .read()
+                .map_err(|why| NotDriven::Failed(Failure::input(why)))?
+                .hash;
+            let judged = hardness(&entry, &settings, &cancel).map_err(|error| match error {
                 PlanError::NothingToPlan(_) => NotDriven::Nothing,
                 error => NotDriven::Failed(Failure::input(error)),
-            })
+            });
+            Ok(judged?.map(|hardness| (hash, hardness)))
         };
         entry.and_then(judged).transpose()
     };
     let (mut counts, mut found) = (Counts::default(), Vec::new());
+    let mut contents = HashSet::new();
     let done = Job::new("scenarios", &stop).run(&windows, drive, |window, result| {
         match result {
-            Ok(hardness) => {
+            Ok((hash, _)) if !contents.insert(hash) => counts.copies += 1,
+            Ok((_, hardness)) => {
                 counts.driven += 1;
                 match hardness {
                     Hardness::SolvedBy(_) => {}
@@ -117,6 +127,7 @@ impl Counts {
         );
         let not = [
             (self.nothing, "without a problem that can be planned"),
+            (self.copies, "with the content of another"),
             (self.failed, "failed"),
         ];
         let not = not.iter().filter(|(count, _)| *count > 0);

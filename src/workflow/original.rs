@@ -54,6 +54,11 @@ impl VariantOrigin {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             visible(&format!("{name}: {why}")).into_owned()
         })?;
+        if { manifest.preventability.as_ref() }.is_some_and(|said| !said.is_consistent()) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let words = format!("{name}: preventability: its counts are not those of its drivers");
+            return Err(visible(&words).into_owned());
+        }
         let is_none = manifest.attackers.is_empty() || manifest.original.sha256.is_empty();
         Ok((!is_none).then_some(Self { manifest, variant }))
     }

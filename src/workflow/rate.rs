@@ -27,7 +27,7 @@ use super::{VariantOrigin, index_parts};
 pub struct IndexedEvents {
     /// By scenario; copies of a file count once.
     pub scenarios: Vec<ScenarioDriven>,
-    /// Copies that do not count: of the same name, with the same way and events.
+    /// Copies that do not count: with the same content or name, the same way and the same events.
     pub copies: usize,
     /// Others farther away were not looked at, metres.
     pub radius: f64,
@@ -48,7 +48,11 @@ pub fn read_events(folder: &Path) -> Result<IndexedEvents, IndexError> {
     let mut seen = HashSet::new();
     found.scenarios.retain(|one| {
         let driven = serde_json::to_string(&one.driven);
-        driven.map_or(true, |driven| seen.insert((one.scenario.clone(), driven)))
+        let file = match &one.sha256[..] {
+            "" => &one.scenario,
+            sha256 => sha256,
+        };
+        driven.map_or(true, |driven| seen.insert((file.to_owned(), driven)))
     });
     found.copies = all - found.scenarios.len();
     Ok(found)
@@ -377,6 +381,7 @@ mod tests {
         let scenario = |i: usize| ScenarioDriven {
             scenario: format!("DEU_A-{}_1_T-1", i + 1),
             file: format!("{i}.xml"),
+            sha256: i.to_string(),
             is_window: false,
             driven: Driven {
                 recorded: Exposure {

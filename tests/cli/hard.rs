@@ -79,7 +79,8 @@ fn an_interrupt_keeps_what_was_found() {
     let home = Home::new();
     let (xml, ego) = (bundled_xml(PEDESTRIAN), bundled_ego(PEDESTRIAN));
     for i in 0..30 {
-        home.write(format!("all/s{i:02}.xml"), &xml);
+        // Copies would not count.
+        home.write(format!("all/s{i:02}.xml"), &format!("{xml}<!-- {i} -->"));
         home.write(format!("all/s{i:02}.ego_trajectory.csv"), &ego);
     }
     // One that cannot be read any more is said when its turn comes: then those before it are found.

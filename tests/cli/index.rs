@@ -193,7 +193,7 @@ fn rates_of_shards_add_up_and_are_narrowed_by_terms() {
     assert_eq!(rates(&["index"]), all);
     home.run(&["corpus", "rate", "index"])
         .status(0)
-        .says(&["files left out: name, way and events"]);
+        .says(&["files left out: copies of others"]);
 }
 
 /// As those of before events were measured.

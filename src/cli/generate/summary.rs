@@ -180,8 +180,9 @@ impl Summary {
             for (delay, avoided) in line.avoidable.iter().flatten() {
                 *self.sums.avoidable.entry(delay.clone()).or_default() += usize::from(*avoided);
             }
-            let verdicts = line.preventability.iter().flat_map(|found| &found.drivers);
-            for verdict in verdicts {
+            // A near miss, which the ego avoids, needs no driver.
+            let contacts = { line.preventability.iter() }.filter(|it| it.closing_speed.is_some());
+            for verdict in contacts.flat_map(|found| &found.drivers) {
                 let count = self
                     .sums
                     .preventable_by
@@ -239,7 +240,10 @@ impl Summary {
                 counted.map(|(id, count)| format!("{id} {} of {}", count.avoided, count.decided));
             let counted: Vec<String> = counted.collect();
             if !counted.is_empty() {
-                text.push_str(&format!("preventable by: {}\n", counted.join(", ")));
+                text.push_str(&format!(
+                    "contacts preventable by: {}\n",
+                    counted.join(", ")
+                ));
             }
             let people = HumanLimits::for_kind(ObstacleType::Car).braking;
             if let Some(hardest) = self.hardest.filter(|hardest| *hardest > people) {

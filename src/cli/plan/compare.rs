@@ -194,6 +194,8 @@ impl Comparison {
                 };
             }
         };
+        let coarse = drives.iter().find_map(DrivenScenario::too_coarse);
+        coarse.iter().for_each(|words| output::say(words));
         for (standing, driven) in self.standings.iter_mut().zip(&drives) {
             standing.drives.push(driven.into());
             self.harmed += usize::from(!standing.is_baseline && !driven.unharmed());

@@ -282,6 +282,10 @@ impl Drives<'_> {
             Ok(driven) => driven,
             Err(error) => return self.miss(entry, &error),
         };
+        driven
+            .too_coarse()
+            .iter()
+            .for_each(|words| output::say(words));
         // Files first: who reads a line finds them. What cannot be written of one scenario does not end the others.
         let journal = self.journal;
         let written = journal.write(entry, earlier, || {

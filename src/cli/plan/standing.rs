@@ -1,9 +1,10 @@
 //! Where planners stand beside each other and beside baselines, as a table for people.
 
 use nearmiss_record::CaptionedTable;
-use nearmiss_workflow::drive::{BeyondBaselines, Standing, beyond_baselines, standings};
+use nearmiss_study::evaluation::statistics::FEWEST;
+use nearmiss_workflow::drive::{Standing, beyond_baselines, standings};
 
-use crate::{Failure, output};
+use crate::Failure;
 
 /// The table for people; baselines that were not named are marked. `scenarios` has the names of what was driven.
 ///
@@ -15,25 +16,13 @@ pub fn words(all: &[Standing], scenarios: &[String]) -> Result<String, Failure> 
         record.planner += " (baseline)";
     }
     let table = CaptionedTable::of("", "", &records).map_err(Failure::input)?;
-    let BeyondBaselines {
-        scenarios: beyond,
-        first_unharmed,
-        undecided,
-    } = beyond_baselines(all, scenarios);
-    let of = output::counted(scenarios.len(), "scenario");
-    let mut text = format!(
-        "{}no baseline solves {} of {of}",
-        table.text(),
-        beyond.len()
-    );
-    if let Some(first) = all.first().filter(|_| !beyond.is_empty()) {
-        text += &format!("; of these, {} solves {first_unharmed}", first.name);
+    let beyond = beyond_baselines(all, scenarios);
+    let first = all.first().map_or("", |first| &first.name);
+    let mut text = format!("{}{}", table.text(), beyond.words(scenarios.len(), first));
+    if scenarios.len() < FEWEST as usize {
+        text += &format!("\nfewer than {FEWEST} scenarios: no intervals");
     }
-    if undecided > 0 {
-        text += &format!(
-            "; {undecided} more undecided: traffic that sees nothing runs into a baseline from behind"
-        );
-    }
+    let beyond = beyond.scenarios;
     let more = beyond.len().saturating_sub(NAMED);
     let named = beyond.iter().take(NAMED).map(|name| format!("  {name}\n"));
     text += &format!("\n{}", named.collect::<String>());

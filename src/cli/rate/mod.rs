@@ -103,7 +103,7 @@ fn say_beyond(filter: &EventFilter, index: &IndexedEvents) {
 fn say_what_it_is<'r>(index: &IndexedEvents, found: impl IntoIterator<Item = &'r Rate>) {
     if index.copies > 0 {
         output::say(&format!(
-            "nearmiss: {} left out: name, way and events are those of another",
+            "nearmiss: {} left out: copies of others",
             output::counted(index.copies, "file")
         ));
     }

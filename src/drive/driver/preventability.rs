@@ -203,17 +203,20 @@ impl Preventability {
         }
     }
 
-    /// The same with the last moment of each driver that avoids it.
+    /// The same with the last moment of each driver that avoids the contact; a near miss has none: the ego avoids it.
     #[must_use]
     pub fn with_last_moments(mut self, field: &Field<'_>) -> Self {
-        for verdict in &mut self.verdicts {
-            if !matches!(verdict.result, DriverResult::NotMadeFor(_)) {
-                verdict.last_moment = field.last_moment(verdict.driver);
-            }
+        let avoids = |verdict: &&mut DriverVerdict| verdict.result == DriverResult::Avoided;
+        for verdict in { self.verdicts.iter_mut() }.filter(avoids) {
+            let has_one = self.contact.is_some();
+            verdict.last_moment = has_one.then(|| field.last_moment(verdict.driver)).flatten();
         }
         // The ideal driver can do what any other does.
         let latest = self.verdicts.iter().filter_map(|v| v.last_moment).max();
-        if let Some(ideal) = self.ideal_mut() {
+        if let Some(ideal) = self
+            .ideal_mut()
+            .filter(|ideal| ideal.result == DriverResult::Avoided)
+        {
             ideal.last_moment = latest;
         }
         self

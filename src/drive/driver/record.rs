@@ -158,6 +158,14 @@ impl VerdictRecord {
 }
 
 impl PreventabilityRecord {
+    /// Whether its counts are those of its drivers.
+    #[must_use]
+    pub fn is_consistent(&self) -> bool {
+        let count = |is: fn(&VerdictRecord) -> bool| self.drivers.iter().filter(|v| is(v)).count();
+        let counted = (count(VerdictRecord::avoids), count(VerdictRecord::decides));
+        self.drivers.is_empty() || (self.avoided, self.decided) == counted
+    }
+
     /// What drivers make of the encounter with an obstacle that is worst at `step`, with their last moments; `is_certified`:
     /// a certificate says that the ideal one avoids it. `None` where the ego is not there before, or touched another one.
     #[must_use]
@@ -213,6 +221,22 @@ impl PreventabilityRecord {
             (false, _) if does => "ideal avoids it".into(),
             (false, _) => "ideal fails".into(),
         }
+    }
+
+    /// What drivers are not made for, in words: `oncoming traffic, curves`.
+    #[must_use]
+    pub fn not_made_for(&self) -> Option<String> {
+        let mut kinds: Vec<&str> = Vec::new();
+        for kind in self
+            .drivers
+            .iter()
+            .filter_map(|verdict| verdict.not_made_for)
+        {
+            if !kinds.contains(&kind.words()) {
+                kinds.push(kind.words());
+            }
+        }
+        (!kinds.is_empty()).then(|| kinds.join(", "))
     }
 
     /// The verdicts of models of people.

@@ -4,7 +4,7 @@ use nearmiss_base::geometry::{Placed, Sweep, Vector};
 use nearmiss_scene::metrics::{ContactSide, DEEP, sides};
 use nearmiss_scene::scenario::{Ego, Motion, Sample, Track, driven_way};
 
-use super::field::{Field, Other};
+use super::field::{Field, Nearby, Other};
 use super::model::{Driver, Now, Seen};
 
 /// What became of a driver.
@@ -308,7 +308,13 @@ impl Field<'_> {
         let at = usize::try_from(step + 1 - self.first).ok();
         let all = at.and_then(|at| self.near.get(at)).into_iter().flatten();
         let moved = (now.s - was.s).abs();
-        let mut near = all.filter(|near| near.is_reached(now, moved)).peekable();
+        // Where the way goes on after its end is not known: others than the one in the encounter may be beside it.
+        let is_known = now.s <= self.lookout.path.length();
+        let counts = |near: &Nearby| {
+            is_known || self.others[near.other].participant.obstacle.id == self.obstacle
+        };
+        let reached = all.filter(|near| near.is_reached(now, moved));
+        let mut near = reached.filter(|near| counts(near)).peekable();
         if near.peek().is_none() {
             return;
         }

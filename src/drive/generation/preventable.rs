@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nearmiss_scene::metrics::{Context, critical_moments};
 use nearmiss_scene::scenario::Scene;
 
 use super::{Avoidability, ClosedLoop, Effect};
@@ -16,14 +17,15 @@ impl Effect {
         Scene::new(Arc::clone(&self.scenario), ego)
     }
 
-    /// The obstacle and the step of the contact, or of the least risk without one.
-    #[must_use]
-    pub fn encounter(&self) -> Option<(i64, i64)> {
-        let nearest = self.main().after.iter().min_by_key(|(_, score)| *score);
-        match self.contact {
-            Some(contact) => Some((contact.with, contact.step)),
-            None => Some((self.main().obstacle, nearest?.0)),
+    /// The obstacle and the step of the contact, or of its critical moment without one.
+    fn encounter(&self, scene: &Scene) -> Option<(i64, i64)> {
+        if let Some(contact) = self.contact {
+            return Some((contact.with, contact.step));
         }
+        let obstacle = self.main().obstacle;
+        let moments = critical_moments(&Context::new(scene));
+        let moment = moments.iter().find(|moment| moment.obstacle == obstacle)?;
+        Some((obstacle, moment.step))
     }
 
     /// What drivers make of its encounter, each in the place of the attacked ego, and until when; the ideal one also with
@@ -35,20 +37,20 @@ impl Effect {
         avoidability: &Avoidability,
     ) -> Option<PreventabilityRecord> {
         let scene = self.scene(closed);
-        let (obstacle, step) = self.encounter()?;
+        let (obstacle, step) = self.encounter(&scene)?;
         let is_certified = avoidability.at(0.0) == Some(true);
         PreventabilityRecord::of(&scene, obstacle, step, is_certified)
     }
 
-    /// Whether all drivers with these ids avoid contact.
+    /// Whether it comes to a contact that all drivers with these ids avoid.
     #[must_use]
     pub(super) fn is_preventable_by(&self, closed: &ClosedLoop, drivers: &[&str]) -> bool {
         if drivers.is_empty() {
             return true;
         }
         let scene = self.scene(closed);
-        let judged = self.encounter().and_then(|(obstacle, step)| {
-            let field = Field::around(&scene, obstacle, step)?;
+        let judged = self.contact.and_then(|contact| {
+            let field = Field::around(&scene, contact.with, contact.step)?;
             Some(Preventability::of(&field))
         });
         judged.is_some_and(|found| drivers.iter().all(|id| found.is_avoided_by(id)))

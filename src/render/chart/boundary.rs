@@ -33,6 +33,8 @@ pub struct BoundaryChart {
     pub drivers: Vec<String>,
     /// The panels in rows, from above.
     pub rows: Vec<Vec<BoundaryPanel>>,
+    /// What else it says, below.
+    pub note: Option<String>,
     /// Colours.
     pub palette: Palette,
     /// What stands in the file.
@@ -72,7 +74,8 @@ impl BoundaryChart {
         let height = (ASPECT * width).min(HIGHEST);
         let deep = 1.4 * LETTERS + height + 1.5 * LETTERS;
         let bottom = top + deep * self.rows.len() as f64;
-        let mut picture = Picture::new((WIDTH, bottom + 3.0 * LETTERS), palette.background);
+        let lines = if self.note.is_some() { 4.2 } else { 3.0 };
+        let mut picture = Picture::new((WIDTH, bottom + lines * LETTERS), palette.background);
         picture.provenance = self.provenance.clone();
         picture.group("legend", None, |p| self.legend(p, left));
         for (place, row) in self.rows.iter().enumerate() {
@@ -92,6 +95,10 @@ impl BoundaryChart {
         let at = (WIDTH - 4.0, bottom + 2.4 * LETTERS);
         let words = "inside its line a driver does not avoid contact";
         picture.text(Text::new(at, words, SMALL, palette.dim).anchored(Anchor::End));
+        if let Some(note) = &self.note {
+            let at = (left, bottom + 3.6 * LETTERS);
+            picture.text(Text::new(at, note, SMALL, palette.dim));
+        }
         let panels = || self.rows.iter().flatten();
         let mut x = left;
         if panels().any(|panel| panel.invalid.contains(&true)) {
@@ -370,6 +377,7 @@ mod tests {
                 invalid: vec![false; 4],
                 recorded: None,
             }]],
+            note: None,
             palette: Palette::paper(),
             provenance: Provenance::default(),
         };

@@ -200,6 +200,9 @@ pub struct ScenarioDriven {
     pub scenario: String,
     /// Path as it was found.
     pub file: String,
+    /// SHA-256 of its content; empty in an index that does not have it.
+    #[serde(default)]
+    pub sha256: String,
     /// Whether it is a part of a long recording, around one track: then it is about that track alone.
     pub is_window: bool,
     /// The events and the way.

@@ -50,7 +50,7 @@ fn a_line_for_each_driver_and_the_words_of_the_record() {
 
 #[test]
 fn last_moments_stand_on_the_timeline_with_their_drivers() {
-    let mut bench = open("cutin");
+    let mut bench = open("braking");
     bench.press("tab z");
     let frame = bench.frame(200, 60);
     let row = frame.lines().find(|line| line.contains("drivers "));

@@ -740,11 +740,7 @@ fn the_position_hides_no_number_of_the_timeline() {
         assert!(ruler.contains("2s") && !ruler.contains('▲'), "{ruler}");
         bench.press("right");
     }
-    assert!(
-        bench
-            .frame(250, 60)
-            .contains("bars grow with danger: full = risk 0")
-    );
+    assert!(bench.frame(250, 60).contains("bars: danger by risk"));
 }
 
 #[test]

@@ -502,7 +502,7 @@ fn timeline(bench: &Bench, columns: u16, rows: u16) -> Vec<String> {
 fn strips_show_other_measures_and_none() {
     let mut bench = Bench::bundled();
     bench.press("x");
-    let risk = timeline(&bench, 250, 60);
+    let risk = timeline(&bench, 340, 60);
     assert!(
         risk[0].contains("bars grow with danger: full = risk 0"),
         "{risk:#?}"
@@ -514,7 +514,7 @@ fn strips_show_other_measures_and_none() {
     ] {
         bench.press("space p h");
         assert_eq!(bench.model.heat, heat);
-        let now = timeline(&bench, 250, 60);
+        let now = timeline(&bench, 340, 60);
         assert!(now[0].contains(words), "{now:#?}");
         assert!(!seen.contains(&now[1]), "other bars: {now:#?}");
         seen.push(now[1].clone());
@@ -523,10 +523,10 @@ fn strips_show_other_measures_and_none() {
     bench.type_text("drac");
     bench.press("enter space p h");
     assert_eq!(bench.model.heat, Heat::Plotted);
-    assert!(timeline(&bench, 250, 60)[0].contains("full = drac ≥"));
+    assert!(timeline(&bench, 340, 60)[0].contains("full = drac ≥"));
     bench.press("space p h");
     assert_eq!(bench.model.heat, Heat::Off);
-    let off = timeline(&bench, 250, 60).join("\n");
+    let off = timeline(&bench, 340, 60).join("\n");
     assert!(!off.contains('█') && off.contains("marks"), "{off}");
     bench.press("space p h");
     assert_eq!(bench.model.heat, Heat::Risk);

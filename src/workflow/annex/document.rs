@@ -221,6 +221,25 @@ impl Annex {
         let scenarios = || self.held.iter().map(|held| &held.scenario);
         let all = counted(self.held.len(), "scenario");
         let mut found = Vec::new();
+        if let Some(select) = self.requirement.select.as_ref() {
+            let not = self.held.len() + self.missed.len() + self.copies.len();
+            found.push(format!(
+                "{not} of {} were selected: {select}.",
+                counted(self.listed, "scenario")
+            ));
+        }
+        if !self.copies.is_empty() {
+            let copies = counted(self.copies.len(), "scenario");
+            found.push(format!(
+                "{copies} left out, with the content of another: {}.",
+                self.copies.join(", ")
+            ));
+        }
+        let first = self.who.first().map_or("", |(name, _)| name);
+        let beyond = self.beyond_baselines().words(self.held.len(), first);
+        found.push(format!(
+            "Of the scenarios {beyond}. What a baseline solves tells little of a planner."
+        ));
         let mut against: BTreeMap<&str, usize> = BTreeMap::new();
         for planner in scenarios().filter_map(|one| one.made_against.as_deref()) {
             *against.entry(planner).or_default() += 1;

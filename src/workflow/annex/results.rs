@@ -21,8 +21,8 @@ use strum::{IntoStaticStr, VariantArray};
 
 use super::SafetyRequirement;
 use crate::drive::{
-    DriveFigures, DriveRecord, DrivenScenario, PlannerChoice, Standing, StandingRecord, drive_each,
-    standings, thousandths,
+    BeyondBaselines, DriveFigures, DriveRecord, DrivenScenario, PlannerChoice, Standing,
+    StandingRecord, beyond_baselines, drive_each, standings, thousandths,
 };
 use crate::{
     EventFilter, INDEX_RADIUS, IndexedEvents, OpenedScene, Overview, PlanError, RateLike,
@@ -316,8 +316,12 @@ pub struct Annex {
     pub day: String,
     /// Who drives.
     pub who: Vec<(String, Role)>,
+    /// Scenarios that were found, before some were selected.
+    pub listed: usize,
     /// The scenarios that were driven.
     pub held: Vec<HeldScenario>,
+    /// Scenarios with the content of another one, which do not count.
+    pub copies: Vec<String>,
     /// Scenarios that could not be driven, and why.
     pub missed: Vec<(String, String)>,
 }
@@ -348,6 +352,10 @@ pub struct AnnexRecord {
     pub rates: Vec<RateLike>,
     /// Every drive.
     pub drives: Vec<AnnexDrive>,
+    /// Scenarios that were found, before some were selected.
+    pub listed: usize,
+    /// Scenarios with the content of another one, which do not count.
+    pub copies: Vec<String>,
     /// Scenarios that could not be driven, and why.
     pub missed: Vec<(String, String)>,
     /// What the figures are of.
@@ -386,8 +394,11 @@ pub fn held(
     };
     let mut held = HeldScenario {
         scenario: AnnexScenario {
-            in_index: index
-                .is_some_and(|index| index.scenarios.iter().any(|one| one.scenario == entry.name)),
+            in_index: index.is_some_and(|index| {
+                index.scenarios.iter().any(|one| {
+                    one.scenario == entry.name || one.sha256 == prepared.scenario.hash.to_string()
+                })
+            }),
             ..described(entry, &prepared.opened(), &events, thresholds)?
         },
         rates: events.iter().flat_map(rates).collect(),
@@ -611,19 +622,30 @@ impl Annex {
     /// Outcomes, harm, and paired differences to the first planner.
     #[must_use]
     pub fn standings(&self) -> Vec<StandingRecord> {
+        standings(&self.all_standings())
+    }
+
+    /// A scenario that was driven already and has the same content.
+    #[must_use]
+    pub fn with_content_of(&self, held: &HeldScenario) -> Option<&AnnexScenario> {
+        let mut all = self.held.iter().map(|held| &held.scenario);
+        all.find(|one| one.sha256 == held.scenario.sha256)
+    }
+
+    /// Scenarios that no baseline solves.
+    #[must_use]
+    pub fn beyond_baselines(&self) -> BeyondBaselines {
+        let names = { self.held.iter() }.map(|held| held.scenario.scenario.clone());
+        beyond_baselines(&self.all_standings(), &names.collect::<Vec<_>>())
+    }
+
+    fn all_standings(&self) -> Vec<Standing> {
         let standing = |(place, (name, role)): (usize, &(String, Role))| Standing {
             name: name.clone(),
             is_baseline: *role == Role::Baseline,
             drives: self.held.iter().map(|held| held.figures[place]).collect(),
         };
-        standings(
-            &self
-                .who
-                .iter()
-                .enumerate()
-                .map(standing)
-                .collect::<Vec<_>>(),
-        )
+        self.who.iter().enumerate().map(standing).collect()
     }
 
     /// What drivers make of the contacts of planners and baselines.
@@ -703,6 +725,8 @@ impl Annex {
                 .iter()
                 .flat_map(|held| held.drives.clone())
                 .collect(),
+            listed: self.listed,
+            copies: self.copies.clone(),
             missed: self.missed.clone(),
             provenance: self.provenance(),
         }

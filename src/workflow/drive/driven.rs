@@ -15,6 +15,7 @@ use super::choice::{BUILT_IN, PlannerChoice, RECORDED};
 use crate::VariantOrigin;
 use crate::monitor::{Monitor, MonitorReport};
 use crate::plan::{PlanError, PlanOutcome, PreparedPlan, prepare_beside};
+use crate::tables::too_coarse;
 
 /// A drive, and of what.
 pub struct DrivenScenario {
@@ -241,6 +242,13 @@ impl DrivenScenario {
         self.planner_words().or_else(|| self.cut_off())
     }
 
+    /// That its time steps are too long for who drove by a rule.
+    #[must_use]
+    pub fn too_coarse(&self) -> Option<String> {
+        let policy = self.settings.policy;
+        policy.and_then(|_| too_coarse(&self.file, self.scenario.dt()))
+    }
+
     /// Why it ended in time before the goal's time does.
     #[must_use]
     pub fn cut_off(&self) -> Option<String> {
@@ -248,9 +256,10 @@ impl DrivenScenario {
         let deadline = { problems }.find(|p| p.id == self.problem)?.deadline()?;
         let (last, _) = self.drive.states.last()?;
         (*self.outcome() == Outcome::Timeout && *last < deadline).then(|| {
-            let why = match self.is_recorded {
-                true => format!("the recording ends at step {last}"),
-                false => format!("stopped after {MOST_DRIVEN} steps, the maximum"),
+            let why = if self.is_recorded {
+                format!("the recording ends at step {last}")
+            } else {
+                format!("stopped after {MOST_DRIVEN} steps, the maximum")
             };
             format!("{why}; the goal's time ends at step {deadline}")
         })

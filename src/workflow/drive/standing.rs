@@ -1,5 +1,6 @@
 //! Where planners stand beside each other and beside baselines: outcomes and harm, paired with the first one.
 
+use nearmiss_base::system::counted;
 use nearmiss_drive::simulation::{CollisionKind, Outcome, Policy};
 use nearmiss_record::Record;
 use nearmiss_study::evaluation::statistics::{Interval, PairedTest, if_enough};
@@ -108,6 +109,29 @@ pub struct BeyondBaselines {
     pub first_unharmed: usize,
     /// Scenarios that no baseline solves, and in which traffic that does not see one brake runs into it: undecided.
     pub undecided: usize,
+}
+
+impl BeyondBaselines {
+    /// What a baseline solves of `of` scenarios, and what `first` makes of the others.
+    #[must_use]
+    pub fn words(&self, of: usize, first: &str) -> String {
+        let beyond = self.scenarios.len();
+        let solved = of - beyond - self.undecided;
+        let mut words = format!("baselines solve {solved} of {}", counted(of, "scenario"));
+        if beyond > 0 {
+            words += &format!(
+                "; none solves {beyond}, of which {first} solves {}",
+                self.first_unharmed
+            );
+        }
+        if self.undecided > 0 {
+            words += &format!(
+                "; {} undecided: traffic that sees nothing runs into a baseline from behind",
+                self.undecided
+            );
+        }
+        words
+    }
 }
 
 /// The interval of a test, where it tells something: of at least 10 scenarios, and wider than nothing, as the bootstrap

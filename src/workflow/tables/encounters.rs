@@ -4,6 +4,7 @@ use nearmiss_base::system::counted;
 use nearmiss_drive::driver::{DRIVERS, PreventabilityRecord};
 use nearmiss_formats::Entry;
 use nearmiss_record::{Cell, Column, Kind, Row, Table};
+use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::{
     Context, CriticalMoment, SEVERITY_NAMES, Thresholds, critical_moments,
 };
@@ -64,6 +65,20 @@ pub fn left_out(without: usize) -> Option<String> {
     })
 }
 
+/// That the time steps of a scenario, seconds, are too long for drivers.
+#[must_use]
+pub fn too_coarse(file: &str, dt: f64) -> Option<String> {
+    (dt > COARSE).then(|| {
+        format!(
+            "nearmiss: {}: time steps of {dt} s are too coarse for drivers: delays are whole steps, and they brake late",
+            visible(file)
+        )
+    })
+}
+
+/// Delays of drivers are 0.35 s and more, and whole time steps, seconds.
+const COARSE: f64 = 0.2;
+
 /// The table: of each driver what comes of it, how fast its contact is, and how long before the encounter it could still
 /// take over.
 #[must_use]
@@ -83,6 +98,7 @@ pub fn encounter_table() -> Table {
             "decided",
             "drivers that decide: made for it and not hit from behind by who does not see them",
         ),
+        text("not_made_for", "what other drivers are not made for").optional(),
     ];
     let drivers = DRIVERS.iter().flat_map(|driver| {
         let number = |what: &str, unit, source| Column {
@@ -124,6 +140,7 @@ pub fn encounter_rows(file: &RowFile, scene: &Scene, encounters: &[Encounter]) -
             number(found.closing_speed),
             count(found.avoided),
             count(found.decided),
+            found.not_made_for().map_or(Cell::None(""), Cell::from),
         ];
         let drivers = found.drivers.iter().flat_map(|verdict| {
             let before = verdict

@@ -6,7 +6,9 @@ mod lanes;
 mod measures;
 mod windows;
 
-pub use encounters::{Encounter, encounter_rows, encounter_table, encounters, left_out};
+pub use encounters::{
+    Encounter, encounter_rows, encounter_table, encounters, left_out, too_coarse,
+};
 pub use family::{EncounterCases, FamilyResults, Vary};
 pub use lanes::lane_table;
 pub use measures::{

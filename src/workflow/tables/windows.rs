@@ -121,6 +121,7 @@ pub fn window_rows(
     let driven = ScenarioDriven {
         scenario: visible(&entry.name).into_owned(),
         file: visible(&entry.display()).into_owned(),
+        sha256: scenario.hash.to_string(),
         is_window: entry.is_window(),
         driven,
     };

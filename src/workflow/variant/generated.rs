@@ -178,6 +178,9 @@ impl Generated {
     /// That drivers which are wished to avoid it do not: a wish orders what is found, it forces nothing.
     #[must_use]
     pub fn unmet(&self, found: &PreventabilityRecord) -> Option<String> {
+        if !self.preventable_by.is_empty() && found.closing_speed.is_none() {
+            return Some("preventable-by is not met: the ego avoids it itself".into());
+        }
         let verdicts = self.preventable_by.iter().filter_map(|id| found.by(id));
         let words = verdicts.filter(|verdict| !verdict.avoids()).map(|verdict| {
             let does_not = || format!("{} does not avoid it", verdict.driver);

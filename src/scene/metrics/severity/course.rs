@@ -123,6 +123,12 @@ impl DrivenPath {
         }
     }
 
+    /// Its length, metres.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.lengths.last().copied().unwrap_or_default()
+    }
+
     /// The arc length (m) at a step; of who stands still at every step, as that of a static obstacle.
     #[must_use]
     pub fn length_at(&self, step: i64) -> Option<f64> {

@@ -27,7 +27,8 @@ pub fn poisson(events: u64) -> Interval {
 ///
 /// It is the wider at each end of [`poisson`], which takes events as independent, and, of [`FEWEST`] recordings and more, of
 /// the bootstrap over recordings: drivers, roads and hours of one have much in common, and then the first is too narrow. Where
-/// no or few recordings have an event, the bootstrap says nothing, and the first holds.
+/// no or few recordings have an event, the bootstrap says nothing, and the first holds. The lower end is no lower than the exact one of
+/// as many events as recordings have any.
 #[must_use]
 pub fn rate_interval(recordings: &[(u64, f64)]) -> Option<Interval> {
     let add = |(events, exposure): (u64, f64), one: &(u64, f64)| (events + one.0, exposure + one.1);
@@ -49,8 +50,11 @@ pub fn rate_interval(recordings: &[(u64, f64)]) -> Option<Interval> {
         let (events, exposure) = all.fold((0, 0.0), |sum, one| add(sum, &one));
         drawn.extend((exposure > 0.0).then(|| events as f64 / exposure));
     });
+    // The bootstrap may draw no recording with events; that there is one is known.
+    let with_events = recordings.iter().filter(|(events, _)| *events > 0).count();
+    let fewest = poisson(with_events as u64).low / exposure;
     Some(ends(drawn).map_or(alone, |together| Interval {
-        low: alone.low.min(together.low),
+        low: alone.low.min(together.low.max(fewest)),
         high: alone.high.max(together.high),
     }))
 }
@@ -90,6 +94,10 @@ mod tests {
         assert_eq!(even.low, exact.low / 40.0);
         assert_eq!(even.high, exact.high / 40.0);
         assert!(clustered.high > 1.3 * even.high && clustered.low < 0.7 * even.low);
+        // All in one of many: the bootstrap often draws none, and one is known.
+        let mut alone = [(0, 1.0); 20];
+        alone[0].0 = 8;
+        assert_eq!(rate_interval(&alone).unwrap().low, poisson(1).low / 20.0);
         // Too few to draw from, none seen, nowhere driven.
         assert_eq!(rate_interval(&[(16, 1.0)]).unwrap().high, poisson(16).high);
         let none = rate_interval(&[(0, 10.0); 20]).unwrap();

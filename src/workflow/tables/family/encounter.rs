@@ -354,7 +354,12 @@ impl FamilyResults {
                 let common = panel.common.iter().chain(cases.has_figure().then_some(up));
                 let limits = ruled.iter().map(|driver| {
                     let contact = |case: &Driven| case.avoids(*driver) == Some(false);
-                    ranges(&panel, row, contact)
+                    let undecided = |case: &Driven| case.is_undecided_by(*driver);
+                    match (ranges(&panel, row, contact), ranges(&panel, row, undecided)) {
+                        (contacts, none) if none == NONE => contacts,
+                        (contacts, undecided) if contacts == NONE => format!("n/a {undecided}"),
+                        (contacts, undecided) => format!("{contacts}; n/a {undecided}"),
+                    }
                 });
                 let invalid = ranges(&panel, row, |case| case.outcomes.is_err());
                 let common = common.map(|value| short(*value));
@@ -383,8 +388,8 @@ impl FamilyResults {
         let across = cases.axes.first().map_or("", |axis| axis.varied.name());
         let recorded: Vec<String> = recorded.collect();
         let sentence = format!(
-            "{}: {}\nvalues of {across} at which a driver does not avoid contact; invalid: which could not be driven; \
-             {} cases",
+            "{}: {}\nvalues of {across} at which a driver does not avoid contact; n/a: which it is not made for, or in \
+             which it is hit from behind; invalid: which could not be driven; {} cases",
             cases.name,
             recorded.join(", "),
             self.cases.len()
@@ -393,7 +398,10 @@ impl FamilyResults {
     }
 }
 
-/// The values across at which this holds in a row of a panel: `2..6, 9`; `-` where there are none.
+/// No value.
+const NONE: &str = "-";
+
+/// The values across at which this holds in a row of a panel: `2..6, 9`; [`NONE`] where there are none.
 fn ranges(panel: &Panel<'_>, row: usize, holds: impl Fn(&Driven) -> bool) -> String {
     let at = |column: usize| holds(&panel.cases[column * panel.up.len() + row]);
     let columns: Vec<usize> = (0..panel.across.len()).collect();
@@ -410,7 +418,7 @@ fn ranges(panel: &Panel<'_>, row: usize, holds: impl Fn(&Driven) -> bool) -> Str
     });
     let words: Vec<String> = words.collect();
     if words.is_empty() {
-        "-".into()
+        NONE.into()
     } else {
         words.join(", ")
     }

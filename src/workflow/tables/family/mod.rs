@@ -97,6 +97,11 @@ impl Driven {
         }
     }
 
+    /// Whether it could be driven, but a driver decides nothing.
+    fn is_undecided_by(&self, driver: usize) -> bool {
+        self.outcomes.is_ok() && self.avoids(driver).is_none()
+    }
+
     fn avoids(&self, driver: usize) -> Option<bool> {
         self.outcomes.as_ref().ok()?[driver].as_ref()?.avoids
     }
@@ -196,6 +201,22 @@ impl FamilyResults {
         ruled
     }
 
+    /// Which drivers with a rule decide not all cases, in words for the figure.
+    fn undecided(&self) -> Option<String> {
+        let count = |driver: &usize| {
+            let cases = self.cases.iter();
+            let count = cases.filter(|case| case.is_undecided_by(*driver)).count();
+            (count > 0).then(|| format!("{} {count}", self.seats[*driver].id))
+        };
+        let all: Vec<String> = self.ruled().iter().filter_map(count).collect();
+        let valid = self
+            .cases
+            .iter()
+            .filter(|case| case.outcomes.is_ok())
+            .count();
+        (!all.is_empty()).then(|| format!("not decided of {valid} cases: {}", all.join(", ")))
+    }
+
     /// The boundary for people, with what it is in a sentence: of the regulation's families of each driver with a rule the
     /// smallest gap of the grid from which on it avoids contact (m), or the hardest deceleration up to which it does (m/s²); of an
     /// encounter's the values of its first parameter at which it does not.
@@ -266,6 +287,10 @@ impl FamilyResults {
             up,
             drivers: self.seats.iter().map(|seat| seat.id.clone()).collect(),
             rows,
+            note: match self.source {
+                Source::Regulation(_) => None,
+                Source::Encounter(_) => self.undecided(),
+            },
             palette: Palette::paper(),
             provenance: Provenance {
                 title: format!("nearmiss, boundary of preventability, {name}"),
