@@ -107,7 +107,7 @@ fn steps_that_no_vehicle_can_do_are_remarked_and_not_judged() {
         "{table}"
     );
     let said = home.run(&[&told[..], &["--format=json"]].concat()).json();
-    let worst = &said["external_planner"]["worst_undrivable"];
+    let worst = &said["beyond_vehicle"]["worst"];
     assert_eq!(worst["bound"], "displacement", "{said}");
     assert!(worst["value"].as_f64() > worst["limit"].as_f64());
     for finding in said["rules"].as_array().unwrap() {
@@ -144,7 +144,7 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
     for column in [
         "rules_broken",
         "rule_red_light",
-        "external_planner.worst_undrivable.bound",
+        "beyond_vehicle.worst.bound",
         "external_planner.stderr",
         "external_planner.error_step",
     ] {

@@ -216,7 +216,10 @@ fn a_planner_that_stands_still_is_driven_to_the_end() {
     );
     assert!(external["predictions"].is_null() && external["error"].is_null());
     // It has a speed and does not move: no vehicle does that.
-    assert!(external["undrivable"].as_u64().unwrap() > 0, "{said}");
+    assert!(
+        said["beyond_vehicle"]["steps"].as_u64().unwrap() > 0,
+        "{said}"
+    );
     let overhead = external["median_overhead_ms"].as_f64().unwrap();
     assert!(overhead > 0.0 && overhead < 500.0, "{overhead}");
     nothing_left(&home);

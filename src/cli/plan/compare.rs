@@ -440,7 +440,9 @@ fn differences(pairs: &[DrivenPair]) -> Vec<Difference> {
             driven.rules.broken().any(|broken| broken == rule)
         })
     }));
-    let beyond = |driven: &DrivenScenario| Some(f64::from(u8::from(driven.is_beyond_vehicle()?)));
+    let beyond = |driven: &DrivenScenario| {
+        (!driven.is_recorded).then(|| f64::from(u8::from(driven.beyond_vehicle().is_some())))
+    };
     all.push(of(
         pairs,
         ("undrivable_drives", "drives beyond the vehicle", 0),

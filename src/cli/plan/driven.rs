@@ -7,10 +7,7 @@ use crate::output;
 
 /// That a drive has steps that the vehicle cannot do, in a few words.
 pub fn beyond_words(driven: &DrivenScenario) -> Option<String> {
-    let beyond = driven
-        .drive
-        .beyond_vehicle()
-        .filter(|_| !driven.is_recorded)?;
+    let beyond = driven.beyond_vehicle()?;
     Some(format!(
         "{} beyond the vehicle",
         output::counted(beyond.steps, "step")

@@ -176,10 +176,8 @@ impl OutcomeTable {
         }
         self.rules.add(drive);
         remarks.extend(driven::broken_rules_note(drive));
-        let process = drive.external_planner.as_ref();
-        let beyond = process.and_then(|process| process.beyond_vehicle());
-        self.undrivable += usize::from(beyond.is_some());
-        remarks.extend(beyond);
+        self.undrivable += usize::from(drive.beyond_vehicle.is_some());
+        remarks.extend(drive.beyond_vehicle.as_ref().map(ToString::to_string));
         remarks.extend(drive.note.clone());
         remarks
     }

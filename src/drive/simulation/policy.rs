@@ -76,14 +76,40 @@ pub(super) struct Seat<'a> {
     hints: HashMap<i64, Option<usize>>,
     /// The rear axle along the path of the guide, metres.
     s: f64,
-    /// At the start: arc length, offset (m) and angle to the path (rad), which fade.
-    start: (f64, f64, f64),
+    start: Start,
     acceleration: f64,
     seen: Vec<Seen>,
 }
 
-/// Offset and angle of the start fade over this way, metres.
-const FADING: f64 = 8.0;
+/// Where a drive begins beside the path, and how it comes to it: offset y(s) = (y₀ + (y₀/f + y₀′) s) e^(−s/f) over the way s.
+#[derive(Debug, Clone, Copy)]
+struct Start {
+    /// Arc length, metres.
+    s: f64,
+    /// Offset to the left, metres.
+    offset: f64,
+    /// Its change over the way.
+    slope: f64,
+    /// The way f over which both fade, metres.
+    fading: f64,
+}
+
+impl Start {
+    /// Offset (m), its change over the way, and the change of that (1/m), at an arc length.
+    fn beside(&self, s: f64) -> (f64, f64, f64) {
+        let (s, f) = (s - self.s, self.fading);
+        let (y, c, e) = (self.offset, self.offset / f + self.slope, (-s / f).exp());
+        let offset = (y + c * s) * e;
+        let slope = c * e - offset / f;
+        (offset, slope, -(c * e + slope) / f)
+    }
+}
+
+/// Offset and angle of the start fade over the way of so many seconds, and over so many metres at least.
+const FADING: (f64, f64) = (1.5, 8.0);
+
+/// The tangent of the angle to the path from which it is come to.
+const STEEPEST: f64 = 1.0;
 
 /// The path is looked along by this, metres.
 const SPACING: f64 = 1.0;
@@ -122,7 +148,12 @@ impl<'a> Seat<'a> {
             driver: policy.reacting().and_then(|model| Some(model.begin?())),
             hints: HashMap::new(),
             s,
-            start: (s, d, turned),
+            start: Start {
+                s,
+                offset: d,
+                slope: turned.tan().clamp(-STEEPEST, STEEPEST),
+                fading: (FADING.0 * start.velocity).max(FADING.1),
+            },
             acceleration: start.acceleration,
             seen: Vec::new(),
         }
@@ -179,18 +210,17 @@ impl<'a> Seat<'a> {
     fn place(&self) -> VehicleState {
         let path = &self.simulation.guide().path;
         let at = path.at(self.s);
-        let (from, d, turned) = self.start;
-        let faded = (-(self.s - from) / FADING).exp();
+        let (offset, slope, bend) = self.start.beside(self.s);
         let pose = path.pose_at(self.s);
         let most = self.simulation.limits().curvature();
         VehicleState {
             rear: Pose {
-                position: at.position + pose.left() * d * faded,
-                heading: normalize_angle(at.heading + turned * faded),
+                position: at.position + pose.left() * offset,
+                heading: normalize_angle(at.heading + slope.atan2(1.0 - at.curvature * offset)),
             },
             velocity: 0.0,
             acceleration: 0.0,
-            curvature: at.curvature.clamp(-most, most),
+            curvature: (at.curvature + bend).clamp(-most, most),
         }
     }
 
@@ -249,5 +279,32 @@ impl<'a> Seat<'a> {
             Policy::Driver(_) => ORDINARY.0,
             _ => -HumanLimits::for_kind(ObstacleType::Car).braking,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Start;
+
+    #[test]
+    fn a_start_beside_the_path_comes_to_it_as_it_heads() {
+        let start = Start {
+            s: 10.0,
+            offset: 0.8,
+            slope: -0.1,
+            fading: 12.0,
+        };
+        let (offset, slope, _) = start.beside(10.0);
+        assert!((offset - 0.8).abs() < 1e-12 && (slope + 0.1).abs() < 1e-12);
+        let far = start.beside(130.0);
+        assert!(far.0.abs() < 1e-3 && far.1.abs() < 1e-3, "{far:?}");
+        // Slope and bend are the changes of what stands before them.
+        let step = 1e-5;
+        for s in [10.5, 14.0, 40.0] {
+            let (a, b) = (start.beside(s - step), start.beside(s + step));
+            let (_, slope, bend) = start.beside(s);
+            assert!(((b.0 - a.0) / (2.0 * step) - slope).abs() < 1e-8);
+            assert!(((b.1 - a.1) / (2.0 * step) - bend).abs() < 1e-8);
+        }
     }
 }

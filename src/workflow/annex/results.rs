@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use nearmiss_base::system::counted;
 use nearmiss_drive::driver::{DRIVERS, DriverOutcome, PreventabilityRecord};
 use nearmiss_drive::generation::PlannerIdentity;
 use nearmiss_drive::planner::Cancel;
@@ -21,8 +20,8 @@ use strum::{IntoStaticStr, VariantArray};
 
 use super::SafetyRequirement;
 use crate::drive::{
-    BeyondBaselines, DriveFigures, DriveRecord, DrivenScenario, PlannerChoice, Standing,
-    StandingRecord, beyond_baselines, drive_each, standings, thousandths,
+    BeyondBaselines, BeyondVehicleRecord, DriveFigures, DriveRecord, DrivenScenario, PlannerChoice,
+    Standing, StandingRecord, beyond_baselines, drive_each, standings, thousandths,
 };
 use crate::{
     EventFilter, INDEX_RADIUS, IndexedEvents, OpenedScene, Overview, PlanError, RateLike,
@@ -81,11 +80,10 @@ impl Finding {
     ) -> (Self, String) {
         let (finding, why) = Self::of_ending(driven, drivers, id);
         // A drive that no vehicle can do proves nothing; its contact stays one.
-        if finding.is_met() == Some(true) && driven.is_beyond_vehicle() == Some(true) {
-            let beyond = counted(driven.drive.undrivable().len(), "step");
-            return (Self::Open, format!("{beyond} beyond the vehicle"));
+        match driven.beyond_vehicle().map(BeyondVehicleRecord::from) {
+            Some(beyond) if finding.is_met() == Some(true) => (Self::Open, beyond.to_string()),
+            _ => (finding, why),
         }
-        (finding, why)
     }
 
     fn of_ending(

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use nearmiss_drive::driver::PreventabilityRecord;
 use nearmiss_drive::planner::{Cancel, Emergency};
-use nearmiss_drive::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
+use nearmiss_drive::simulation::{
+    BeyondVehicle, Collision, MOST_DRIVEN, Outcome, Rollout, Settings,
+};
 use nearmiss_formats::Entry;
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::Impact;
@@ -308,10 +310,10 @@ impl DrivenScenario {
         Some(visible(&words).into_owned())
     }
 
-    /// Whether it has steps that the vehicle cannot do; not looked at in recordings, which are of other vehicles.
+    /// Its steps that the vehicle cannot do; not looked at in recordings, which are of other vehicles.
     #[must_use]
-    pub fn is_beyond_vehicle(&self) -> Option<bool> {
-        (!self.is_recorded).then(|| !self.drive.undrivable().is_empty())
+    pub fn beyond_vehicle(&self) -> Option<BeyondVehicle> {
+        self.drive.beyond_vehicle().filter(|_| !self.is_recorded)
     }
 
     /// Median of the time of a cycle that the planner itself did not measure, milliseconds.

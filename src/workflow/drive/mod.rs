@@ -13,8 +13,8 @@ pub use driven::{DriveOptions, DrivenScenario, drive, drive_each, drive_entry, m
 pub use hard::{Hardness, Solver, hardness};
 pub use monitored::{MonitorAnswerRecord, MonitorRecord};
 pub use record::{
-    DriveRecord, ExternalDriveRecord, PlannerFaultRecord, ReactionRecord, UndrivableRecord,
-    thousandths,
+    BeyondVehicleRecord, DriveRecord, ExternalDriveRecord, PlannerFaultRecord, ReactionRecord,
+    UndrivableRecord, thousandths,
 };
 pub use rules::{RuleRecord, ViolationRecord};
 pub use standing::{

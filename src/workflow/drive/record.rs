@@ -109,6 +109,8 @@ pub struct DriveRecord {
     pub recorded_rules_broken: Option<Vec<String>>,
     /// Remark for people.
     pub note: Option<String>,
+    /// Steps that the vehicle cannot do; null where there are none, and of recordings, which are of other vehicles.
+    pub beyond_vehicle: Option<BeyondVehicleRecord>,
     /// Of a planner that is a process.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub external_planner: Option<ExternalDriveRecord>,
@@ -157,14 +159,19 @@ pub struct ExternalDriveRecord {
     /// In real time: the largest distance between the ego and a trajectory that came late.
     #[schemars(extend("unit" = "m"))]
     pub largest_offset: f64,
-    /// Steps that the vehicle cannot do.
-    pub undrivable: usize,
+}
+
+/// What of a drive the vehicle cannot do.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+pub struct BeyondVehicleRecord {
+    /// Steps that it cannot do.
+    pub steps: usize,
     /// The first of them.
-    pub first_undrivable_step: Option<i64>,
+    pub first_step: i64,
     /// What it is beyond.
-    pub first_undrivable: Option<String>,
+    pub first_bound: String,
     /// The worst of them.
-    pub worst_undrivable: Option<UndrivableRecord>,
+    pub worst: UndrivableRecord,
 }
 
 /// A step that the vehicle cannot do.
@@ -259,6 +266,7 @@ impl DriveRecord {
             recorded_rules: recorded.map(|report| RuleRecord::all(report, dt)),
             recorded_rules_broken: recorded.map(|report| broken(&mut report.broken())),
             note: driven.note(),
+            beyond_vehicle: driven.beyond_vehicle().map(Into::into),
             external_planner: { driven.drive.external.as_ref() }
                 .map(|report| ExternalDriveRecord::new(driven, report)),
             monitor: driven.monitor.as_ref().map(MonitorRecord::from),
@@ -289,7 +297,6 @@ impl DriveRecord {
 
 impl ExternalDriveRecord {
     fn new(driven: &DrivenScenario, report: &ExternalReport) -> Self {
-        let beyond = driven.drive.beyond_vehicle();
         Self {
             name: visible(&report.name).into_owned(),
             version: visible(&report.version).into_owned(),
@@ -312,32 +319,47 @@ impl ExternalDriveRecord {
             median_overhead_ms: driven.overhead().map(thousandths),
             late_steps: report.late_steps,
             largest_offset: thousandths(report.largest_offset),
-            undrivable: beyond.map_or(0, |beyond| beyond.steps),
-            first_undrivable_step: beyond.map(|beyond| beyond.first.step),
-            first_undrivable: beyond.map(|beyond| beyond.first.bound.name().into()),
-            worst_undrivable: beyond.map(|BeyondVehicle { worst, .. }| UndrivableRecord {
+        }
+    }
+}
+
+impl From<BeyondVehicle> for BeyondVehicleRecord {
+    fn from(
+        BeyondVehicle {
+            steps,
+            first,
+            worst,
+        }: BeyondVehicle,
+    ) -> Self {
+        Self {
+            steps,
+            first_step: first.step,
+            first_bound: first.bound.name().into(),
+            worst: UndrivableRecord {
                 step: worst.step,
                 bound: worst.bound.name().into(),
                 value: thousandths(worst.value),
                 limit: thousandths(worst.most),
                 unit: worst.bound.unit().into(),
-            }),
+            },
         }
     }
+}
 
-    /// What of a drive the vehicle cannot do; nothing where it can do all.
-    #[must_use]
-    pub fn beyond_vehicle(&self) -> Option<String> {
-        let (first, worst) = (self.first_undrivable_step?, self.worst_undrivable.as_ref()?);
-        Some(format!(
-            "{} beyond the vehicle, first: step {first}, worst: {} {:.2} {} at step {}, at most {:.2}",
-            counted(self.undrivable, "step"),
+impl std::fmt::Display for BeyondVehicleRecord {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let worst = &self.worst;
+        write!(
+            f,
+            "{} beyond the vehicle, first: step {}, worst: {} {:.2} {} at step {}, at most {:.2}",
+            counted(self.steps, "step"),
+            self.first_step,
             worst.bound,
             worst.value,
             worst.unit,
             worst.step,
             worst.limit
-        ))
+        )
     }
 }
 
