@@ -258,7 +258,10 @@ fn text_row(name: &str, scene: &Scene, one: &Encounter) -> Row {
     let cell = |verdict: &VerdictRecord| match (verdict.result, verdict.closing_speed) {
         (DriverOutcome::NotMadeFor, _) => "n/a".to_owned(),
         (DriverOutcome::HitFromBehind, _) => "behind".to_owned(),
-        (_, Some(speed)) => format!("hits {speed:.1} m/s"),
+        (_, Some(speed)) => match verdict.touches.filter(|other| *other != found.obstacle) {
+            Some(other) => format!("hits {other} {speed:.1} m/s"),
+            None => format!("hits {speed:.1} m/s"),
+        },
         _ => match verdict.last_moment_step {
             Some(last) => format!("{:.1} s", (found.step - last) as f64 * scene.scenario.dt()),
             None => verdict.result.name().into(),

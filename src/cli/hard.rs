@@ -23,6 +23,8 @@ struct Counts {
     driven: usize,
     /// Scenarios that say nothing: traffic that reacts to nothing runs into a baseline.
     hit_from_behind: usize,
+    /// Scenarios in which all baselines leave the road.
+    off_road: usize,
     hard: usize,
     /// Of these, by [`Solver::ALL`].
     solved: [usize; Solver::ALL.len()],
@@ -78,6 +80,7 @@ pub fn drawn(
                 match hardness {
                     Hardness::SolvedBy(_) => {}
                     Hardness::HitFromBehind(_) => counts.hit_from_behind += 1,
+                    Hardness::OffRoad => counts.off_road += 1,
                     Hardness::Hard { ends, solver } => {
                         counts.hard += 1;
                         found.extend(solver.map(|solver| {
@@ -118,9 +121,10 @@ impl Counts {
         let by = Solver::ALL.into_iter().zip(self.solved);
         let by: Vec<String> = by.map(|(by, n)| format!("{} {n}", by.words())).collect();
         let mut words = format!(
-            "nearmiss: driven {}, a baseline hit from behind {}, baselines fail {}, solvable {} ({})",
+            "nearmiss: driven {}, a baseline hit from behind {}, baselines off the road {}, baselines fail {}, solvable {} ({})",
             self.driven,
             self.hit_from_behind,
+            self.off_road,
             self.hard,
             self.solved.iter().sum::<usize>(),
             by.join(", ")

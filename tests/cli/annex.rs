@@ -207,3 +207,39 @@ fn what_is_not_driven_leaves_the_result_open() {
     assert_eq!((&idm["met"], &idm["no_contact"]), (&Value::Null, &1.into()));
     assert_eq!(annex["missed"].as_array().unwrap().len(), 1);
 }
+
+/// A file counts once under all its names, and a recording that ends early shows nothing.
+#[test]
+fn copies_count_once_and_cut_recordings_are_open() {
+    let home = Home::new();
+    let (xml, ego) = (bundled_xml(OVERTAKING), bundled_ego(OVERTAKING));
+    for name in ["one", "two"] {
+        home.write(format!("all/{name}.xml"), &xml);
+        home.write(format!("all/{name}.ego_trajectory.csv"), &ego);
+    }
+    let begin: Vec<&str> = ego.lines().take(12).collect();
+    home.write("cut/s.xml", &xml);
+    home.write("cut/s.ego_trajectory.csv", begin.join("\n"));
+    let run = |folder: &str| {
+        let text = format!("{FILE}planners = [\"recorded\"]\n");
+        let file = text.replace(
+            "\"ZAM_Overtaking-1_1_T-1\", \"ZAM_CutIn-1_1_T-1\"",
+            &format!("\"{folder}\""),
+        );
+        home.write("a.toml", file);
+        home.run(&["annex", "a.toml", "--format", "json"])
+    };
+    let whole = run("all");
+    let whole = whole.says(&["two: left out, the content of"]);
+    let annex: Value = serde_json::from_str(&whole.stdout).unwrap();
+    assert_eq!(annex["copies"], serde_json::json!(["two"]));
+    assert_eq!(list(&annex, "scenarios").len(), 1);
+    let cut: Value = serde_json::from_str(&run("cut").stdout).unwrap();
+    let drives = list(&cut, "drives").iter();
+    let drive = { drives }
+        .find(|drive| drive["planner"] == "recorded")
+        .unwrap();
+    assert_eq!(drive["finding"], "open", "{drive}");
+    let why = drive["why_open"].as_str().unwrap();
+    assert!(why.contains("the recording ends at step 10"), "{why}");
+}

@@ -14,7 +14,7 @@ fn hard_scenarios_are_drawn_once_each_with_who_solves_them() {
         |more: &[&str]| home.run(&[&["corpus", "sample", "index", "--hard"], more].concat());
     let all = sample(&["--format=json"]).status(0);
     let tried = format!(
-        "driven {}, a baseline hit from behind 0, baselines fail 2, solvable 2",
+        "driven {}, a baseline hit from behind 0, baselines off the road 0, baselines fail 2, solvable 2",
         BUNDLED.len()
     );
     let all = all.says(&[&tried, "all scenarios of the index were tried"]);
@@ -61,7 +61,7 @@ fn what_cannot_be_driven_is_counted() {
     let drawn = home.run(&["corpus", "sample", "index", "--hard", "--format", "paths"]);
     let drawn = drawn.status(0).says(&[
         "gone.xml",
-        "driven 1, a baseline hit from behind 0, baselines fail 1, solvable 1",
+        "driven 1, a baseline hit from behind 0, baselines off the road 0, baselines fail 1, solvable 1",
         "not driven: 1 without a problem that can be planned, 1 failed",
     ]);
     assert_eq!(drawn.stdout.trim(), "all/whole.xml");
@@ -80,7 +80,7 @@ fn an_interrupt_keeps_what_was_found() {
     let (xml, ego) = (bundled_xml(PEDESTRIAN), bundled_ego(PEDESTRIAN));
     for i in 0..30 {
         // Copies would not count.
-        home.write(format!("all/s{i:02}.xml"), &format!("{xml}<!-- {i} -->"));
+        home.write(format!("all/s{i:02}.xml"), format!("{xml}<!-- {i} -->"));
         home.write(format!("all/s{i:02}.ego_trajectory.csv"), &ego);
     }
     // One that cannot be read any more is said when its turn comes: then those before it are found.

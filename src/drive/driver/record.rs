@@ -98,6 +98,8 @@ pub struct VerdictRecord {
     /// Closing speed at its contact.
     #[schemars(extend("unit" = "m/s"))]
     pub closing_speed: Option<f64>,
+    /// Id of the road user that it touches: that of the encounter, or another one.
+    pub touches: Option<i64>,
     /// The last step at which it could take over and still avoid contact.
     pub last_moment_step: Option<i64>,
 }
@@ -129,6 +131,7 @@ impl From<&DriverVerdict> for VerdictRecord {
             },
             reacts_step: verdict.reacts,
             closing_speed: result.contact().map(|touch| touch.closing_speed),
+            touches: result.contact().map(|touch| touch.obstacle),
             last_moment_step: verdict.last_moment,
         }
     }

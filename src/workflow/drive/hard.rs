@@ -44,6 +44,8 @@ pub enum Hardness {
     /// No baseline does, but traffic that follows its recording and does not see this one brake runs into it: that decides
     /// nothing.
     HitFromBehind(Policy),
+    /// All leave the road without a contact: the road decides, not the traffic.
+    OffRoad,
     /// No baseline does.
     Hard {
         /// How the drives of [`Policy::BASELINES`] end: the outcome, of a collision its kind.
@@ -93,6 +95,9 @@ pub fn hardness(
     }
     if let Some(policy) = hit_from_behind {
         return Ok(Some(Hardness::HitFromBehind(policy)));
+    }
+    if ends.iter().all(|end| *end == Outcome::OffRoad.name()) {
+        return Ok(Some(Hardness::OffRoad));
     }
     let solver = solver(entry, &prepared, cancel)?;
     Ok((!cancel.is_asked()).then_some(Hardness::Hard { ends, solver }))
