@@ -245,9 +245,18 @@ fn recorded_encounters_and_the_ideal_driver_s_bound() {
             };
             // Its motion as a scene touches what the ride says.
             let context = Context::new(&drive);
-            let mut contacts =
-                { 0..context.participants().len() }.flat_map(|other| context.contacts(other));
-            let touches = contacts.any(|c| c.step > found.from && !c.is_possible);
+            let is_on_way = |step: i64| {
+                let state = ride.states.iter().find(|state| state.step == step);
+                state.is_some_and(|state| field.is_on_way(&state.spot))
+            };
+            let mut others = context.participants().iter().enumerate();
+            let touches = others.any(|(place, other)| {
+                let is_in_it = other.obstacle.id == one.obstacle;
+                let mut contacts = context.contacts(place).iter();
+                contacts.any(|c| {
+                    c.step > found.from && !c.is_possible && (is_in_it || is_on_way(c.step))
+                })
+            });
             let (said, step) = (ride.touch.is_some(), one.step);
             assert_eq!(touches, said, "{} {} at {step}", one.name, one.obstacle);
         }

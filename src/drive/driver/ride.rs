@@ -298,6 +298,13 @@ impl Field<'_> {
         touches.then_some(least)
     }
 
+    /// Whether a place lies on the ego's path, not beyond its end: where the way goes on there is not known, and others than the
+    /// one in the encounter do not count.
+    #[must_use]
+    pub fn is_on_way(&self, spot: &Spot) -> bool {
+        spot.s <= self.lookout.path.length()
+    }
+
     /// All road users that the ego may touch on the way from a step to the next, with its body at both.
     fn each_near<'f>(
         &'f self,
@@ -308,8 +315,7 @@ impl Field<'_> {
         let at = usize::try_from(step + 1 - self.first).ok();
         let all = at.and_then(|at| self.near.get(at)).into_iter().flatten();
         let moved = (now.s - was.s).abs();
-        // Where the way goes on after its end is not known: others than the one in the encounter may be beside it.
-        let is_known = now.s <= self.lookout.path.length();
+        let is_known = self.is_on_way(now);
         let counts = |near: &Nearby| {
             is_known || self.others[near.other].participant.obstacle.id == self.obstacle
         };

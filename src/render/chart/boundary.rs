@@ -57,6 +57,9 @@ const CROSS: f64 = 1.6;
 /// Radius of the ring around the recorded case, points.
 const RING: f64 = 2.4;
 
+/// How far the bar at a mark reaches into the shape, points.
+const INSIDE: f64 = 9.0;
+
 /// A shape of fewer cases has no mark.
 const MARKED: usize = 8;
 
@@ -93,7 +96,7 @@ impl BoundaryChart {
         let name = Text::new(at, &self.across, LETTERS, palette.text);
         picture.text(name.anchored(Anchor::Middle));
         let at = (WIDTH - 4.0, bottom + 2.4 * LETTERS);
-        let words = "inside its line a driver does not avoid contact";
+        let words = "inside its line, to which the bar points, a driver does not avoid contact";
         picture.text(Text::new(at, words, SMALL, palette.dim).anchored(Anchor::End));
         if let Some(note) = &self.note {
             let at = (left, bottom + 3.6 * LETTERS);
@@ -210,15 +213,19 @@ impl BoundaryChart {
                     // At different heights, as boundaries may be the same.
                     let height = shape.len() * (place + 1) / (self.drivers.len() + 1);
                     let (row, first, last) = shape[height];
-                    let side = if last + 1 < panel.across.len() {
-                        last as f64 + 0.5
+                    let (side, inside) = if last + 1 < panel.across.len() {
+                        (last as f64 + 0.5, -INSIDE)
                     } else {
-                        first as f64 - 0.5
+                        (first as f64 - 0.5, INSIDE)
                     };
                     let cases: usize = shape.iter().map(|(_, from, to)| to + 1 - from).sum();
                     if cases >= MARKED {
-                        let at = (scales.0.of(side), scales.1.of(row as f64));
-                        self.mark(p, at, place);
+                        let (x, y) = (scales.0.of(side), scales.1.of(row as f64));
+                        p.line(
+                            &[(x, y), (x + inside, y)],
+                            Stroke::new(color(palette, place), LINE),
+                        );
+                        self.mark(p, (x, y), place);
                     }
                 }
             }
