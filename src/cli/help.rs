@@ -93,7 +93,7 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("Look", &["inspect", "describe", "render", "convert"]),
     ("Measure", &["metrics", "corpus"]),
     ("Ask", &["ask", "prompt", "models"]),
-    ("Evaluate", &["evaluate", "report", "runs", "tune"]),
+    ("Evaluate", &["evaluate", "report", "check", "runs", "tune"]),
     (
         "Drive and attack",
         &["plan", "generate", "drivers", "annex"],

@@ -4,6 +4,7 @@ mod annex;
 mod ask;
 mod batches;
 mod bundle;
+mod check;
 mod config;
 mod convert;
 mod corpus;
@@ -105,6 +106,8 @@ pub enum Command {
     Evaluate(Box<evaluate::Evaluate>),
     /// Report the accuracy of stored or recorded answers.
     Report(report::ReportArguments),
+    /// Check the sentences of a text about a scenario: which are true of the scene.
+    Check(check::Check),
     /// List, show, export and import stored answers, their ratings and provider batches.
     #[command(subcommand)]
     Runs(runs::Runs),
@@ -217,6 +220,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Plan(arguments) => plan::run(arguments),
         Command::Generate(arguments) => generate::run(arguments),
         Command::Drivers(arguments) => drivers::run(arguments),
+        Command::Check(arguments) => check::run(arguments),
         Command::Annex(arguments) => annex::run(arguments),
         Command::Mcp(arguments) => mcp::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments, workbench),

@@ -10,7 +10,7 @@ use nearmiss_scene::verdict::{self, ParsedAnswer, Task};
 use nearmiss_settings::Folders;
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::batch::Experiment;
-use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, Subject, TimeOrigin, checked};
+use nearmiss_study::evaluation::claims::{SentenceRecord, Subject, TimeOrigin, sentences};
 use nearmiss_study::evaluation::{AttackTerms, Question, RunOptions, validate};
 use nearmiss_workflow::span::Span;
 use nearmiss_workflow::{
@@ -331,9 +331,9 @@ async fn asked_to_end(cancel: &Cancel) {
     }
 }
 
-/// Checks what a text claims about a scene: a list of dicts with `text` (where the value stands), `outcome` (right, wrong or
-/// open), `why` an open one cannot be decided, `kind`, `obstacle`, `step`, `stated`, `actual`, `unit` and `truth` in words.
-/// Sentences about obstacles that the scenario does not have, and those that are not understood, are not in it.
+/// Checks the sentences of a text about a scene: a list of dicts with `text`, `outcome` (right, wrong, open, not_understood)
+/// and `claims`, each with `text` (where the value stands), `outcome`, `why` an open one cannot be decided, `kind`, `obstacle`,
+/// `step`, `stated`, `actual`, `unit` and `truth` in words. Sentences that say nothing of the scene are not in it.
 ///
 /// text: the reasoning of a model, or anyone's. window: what the text is about, as steps (first, last) or a Window; times and
 /// "now" are read by it.
@@ -366,48 +366,9 @@ pub fn check<'py>(
             times,
             window: steps,
         };
-        let found = checked(&text, &subject);
-        found
-            .into_iter()
-            .map(|one| CheckedText::new(&text, &one))
-            .collect::<Vec<_>>()
+        let found = sentences(&text, &subject);
+        let record = |one| SentenceRecord::new(&text, one);
+        found.iter().map(record).collect::<Vec<_>>()
     })?;
     json(py, &found)
-}
-
-/// A claim with the truth beside it.
-#[derive(Serialize)]
-struct CheckedText {
-    text: String,
-    outcome: &'static str,
-    why: Option<&'static str>,
-    kind: &'static str,
-    obstacle: i64,
-    step: i64,
-    stated: String,
-    actual: Option<f64>,
-    unit: &'static str,
-    truth: String,
-}
-
-impl CheckedText {
-    fn new(text: &str, one: &CheckedClaim) -> Self {
-        let (outcome, why) = match one.judgement {
-            Judgement::Right => ("right", None),
-            Judgement::Wrong => ("wrong", None),
-            Judgement::Unknown(why) => ("open", Some(why)),
-        };
-        Self {
-            text: text.get(one.claim.span.clone()).unwrap_or_default().into(),
-            outcome,
-            why,
-            kind: one.claim.quantity.name(),
-            obstacle: one.claim.obstacle,
-            step: one.step,
-            stated: one.stated(),
-            actual: one.truth.filter(|truth| truth.is_finite()),
-            unit: one.claim.quantity.unit(),
-            truth: one.is.clone(),
-        }
-    }
 }

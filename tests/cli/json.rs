@@ -36,6 +36,7 @@ fn furnished() -> Home {
         "requirement.toml",
         format!("id = \"1\"\ntitle = \"a\"\ntext = \"b\"\nscenarios = [\"{CUT_IN}\"]\nindex = \"index\"\n"),
     );
+    home.write("said.txt", "Car 301 is approaching the ego.");
     let made = [
         "generate",
         CUT_IN,
@@ -216,6 +217,16 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             vec!["metrics", CUT_IN, "--convention", "paper", "--format=json"],
         ),
         ("annex", vec!["annex", "requirement.toml", "--format=json"]),
+        (
+            "check",
+            vec![
+                "check",
+                "ZAM_CutIn-1_1_T-1",
+                "--text",
+                "said.txt",
+                "--format=json",
+            ],
+        ),
         ("drivers", vec!["drivers", "--format=json"]),
         ("metrics-list", vec!["metrics", "--list", "--format=json"]),
         ("models", vec!["models", "--offline", "--format=json"]),

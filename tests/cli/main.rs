@@ -14,6 +14,7 @@ mod bundles;
 mod bundles_refused;
 mod chat_pictures;
 mod chats;
+mod check;
 mod claims;
 mod convert;
 mod crashed;

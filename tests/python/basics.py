@@ -182,7 +182,7 @@ class Questions(unittest.TestCase):
         said = f"Obstacle 301 is {truth['distance']:.2f} m away at step 44. Obstacle 301 is 99.0 m away at step 44."
         found = nearmiss.check(said, scenario)
         self.assertEqual([one["outcome"] for one in found], ["right", "wrong"])
-        self.assertEqual({one["obstacle"] for one in found}, {301})
+        self.assertEqual({claim["obstacle"] for one in found for claim in one["claims"]}, {301})
 
     def test_a_figure_is_shown_and_written(self):
         scenario = nearmiss.open(CUT_IN)

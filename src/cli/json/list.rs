@@ -4,6 +4,7 @@ use nearmiss_base::system::KeyBinding;
 use nearmiss_drive::driver::DriverRecord;
 use nearmiss_store::{BatchRecord, ImageRecord, QuestionRecord, RatingRecord, RunRecord, Summary};
 use nearmiss_study::evaluation::batch::QuestionLine;
+use nearmiss_study::evaluation::claims::SentenceRecord;
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
@@ -33,6 +34,7 @@ macro_rules! outputs {
 
 outputs! {
     AskDocument<'_> = "ask": "`ask --format json`: one answer";
+    SentenceRecord = "check": "`check --format json`: a sentence with its claims a line";
     ask::AskDryRun<'_> = "ask-dry-run": "`ask --dry-run --format json`: what a question would take";
     batches::Document = "runs-batches": "`runs batches --format json`: one batch at a provider a line";
     generate::CheckDocument = "generate-check": "`generate --check --format json`: a variant against its original";

@@ -34,7 +34,9 @@ pub use plane::HORIZON;
 pub use recorded::conflict::Passing;
 pub use registry::{MeasureList, NoValue, Reading, measure};
 pub use relation::{Direction, Relation, side_of_centre};
-pub use risk::{RISK_LEVELS, RiskConvention, RiskLevel, RiskTable, ScoreAt, UNROUNDED_RISK};
+pub use risk::{
+    RISK_LEVELS, RiskAspect, RiskConvention, RiskLevel, RiskTable, ScoreAt, UNROUNDED_RISK,
+};
 pub use scene_measures::{Headline, Nearest, SCENE_MEASURES, SceneMeasure};
 pub use series::Series;
 pub use severity::{

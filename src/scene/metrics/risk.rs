@@ -25,8 +25,44 @@ impl RiskTable {
         mean.map_or(0, |mean| (mean.round() as u8).max(1))
     }
 
+    /// The score of one aspect of an encounter, 0 to 5: 0 at contact.
+    #[must_use]
+    pub fn aspect(&self, encounter: &Encounter<'_>, aspect: RiskAspect) -> u8 {
+        let grade = |value, bound| f64::from(self.score(value, bound));
+        let relation = encounter.relation();
+        let long_or_lat = |long: bool| {
+            if long {
+                (relation.gap_long.abs(), relation.time_long())
+            } else {
+                (relation.gap_lat.abs(), relation.time_lat())
+            }
+        };
+        let of_time = |time: Option<f64>| grade(time.unwrap_or(NO_CLOSING_TIME), |l| l.time);
+        let score = match (aspect, self.parts(encounter, grade)) {
+            (RiskAspect::Overall, _) => return self.of_encounter(encounter),
+            (_, None) => 0.0,
+            (RiskAspect::Distance(None), Some((distance, _))) => distance,
+            (RiskAspect::Time(None), Some((_, time))) => time,
+            (RiskAspect::Distance(Some(long)), Some(_)) => {
+                grade(long_or_lat(long).0, |l| l.distance)
+            }
+            (RiskAspect::Time(Some(long)), Some(_)) => of_time(long_or_lat(long).1),
+        };
+        score.round() as u8
+    }
+
     /// The mean of the grades of distance and time, each weighted by the direction; nothing at contact.
     fn mean(&self, encounter: &Encounter<'_>, grade: impl Fn(f64, Bound) -> f64) -> Option<f64> {
+        let (distance, time) = self.parts(encounter, grade)?;
+        Some(f64::midpoint(distance, time))
+    }
+
+    /// These grades.
+    fn parts(
+        &self,
+        encounter: &Encounter<'_>,
+        grade: impl Fn(f64, Bound) -> f64,
+    ) -> Option<(f64, f64)> {
         let relation = encounter.relation();
         if relation.direction == Direction::Contact || encounter.contact().is_some() {
             return None;
@@ -49,7 +85,7 @@ impl RiskTable {
                 mix(of_time(relation.time_long()), of_time(relation.time_lat())),
             )
         };
-        Some(f64::midpoint(distance, time))
+        Some((distance, time))
     }
 
     /// Like [`Self::score`], but it grows evenly between the bounds, where it is between two levels. Less than 1 it
@@ -67,6 +103,17 @@ impl RiskTable {
         }
         5.0
     }
+}
+
+/// What a risk score is of; an axis is that along (true) or across the ego's heading alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RiskAspect {
+    /// Distance and time.
+    Overall,
+    /// The distance, or the gap along an axis.
+    Distance(Option<bool>),
+    /// The times to close the gaps, or that along an axis.
+    Time(Option<bool>),
 }
 
 /// The time to close a gap that is not closing, seconds.

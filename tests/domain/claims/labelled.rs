@@ -71,9 +71,18 @@ impl Label {
                 .is_ok_and(|said| said == value || (said.abs() - value.abs()).abs() < 1e-9),
             ClaimedValue::Side(side) => side.to_string() == self.value,
             ClaimedValue::Contact => true,
+            // The labels are of the other kinds.
+            _ => false,
         };
         claim.obstacle == self.obstacle && same_quantity && same_value
     }
+}
+
+/// Whether a claim is of a kind that was labelled: numbers, directions, and contact at a step.
+fn is_of_labelled_kind(found: &CheckedClaim) -> bool {
+    use ClaimedValue::{Contact, Number, Side};
+    let is_least = found.claim.quantity == Quantity::LeastDistance;
+    matches!(found.claim.stated, Number { .. } | Side(_) | Contact) && !is_least
 }
 
 /// How many answers were labelled first; the others were added later.
@@ -164,7 +173,8 @@ fn labelled_claims_are_found_and_decided_as_people_do() {
             times: TimeOrigin::from_messages(&run.question.messages),
             window: run.question.window,
         };
-        let found = checked(&run.answer, &subject);
+        let mut found = checked(&run.answer, &subject);
+        found.retain(is_of_labelled_kind);
         let tally = if answer < FIRST {
             &mut first
         } else {

@@ -3,10 +3,11 @@
 //! Calling a true sentence wrong is worse than leaving a wrong one undecided.
 
 use nearmiss_base::geometry::Point;
-use nearmiss_scene::metrics::{Contact, Encounter, Relation, measure, paper};
+use nearmiss_scene::metrics::{Contact, Encounter, Relation, RiskAspect, measure, paper};
 use nearmiss_scene::scenario::Participant;
 
-use super::{Claim, ClaimedValue, Quantity, Side, Subject};
+use super::worded::{Known, state};
+use super::{Claim, ClaimedValue, Predicate, Quantity, Side, Subject};
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
@@ -81,6 +82,32 @@ impl CheckedClaim {
             }
             ClaimedValue::Side(side) => side.to_string(),
             ClaimedValue::Contact => "contact".into(),
+            ClaimedValue::Word {
+                predicate,
+                is_denied,
+            } => match (predicate, is_denied) {
+                (Predicate::Touches, true) => "no contact".into(),
+                (Predicate::WillTouch, true) => "no contact to come".into(),
+                (predicate, true) => format!("not {predicate}"),
+                (predicate, false) => predicate.to_string(),
+            },
+            ClaimedValue::Score { score, of } => match of {
+                RiskAspect::Overall => score.to_string(),
+                RiskAspect::Distance(axis) => format!("{score} of {}distance", axis_word(axis)),
+                RiskAspect::Time(axis) => format!("{score} of {}time", axis_word(axis)),
+            },
+            ClaimedValue::Change { from, to, decimals } => {
+                let decimals = usize::from(decimals);
+                let unit = self.claim.quantity.unit();
+                format!("{from:.decimals$} to {to:.decimals$} {unit}")
+            }
+            ClaimedValue::Place(x, y, decimals) => {
+                let decimals = usize::from(decimals);
+                format!("({x:.decimals$}, {y:.decimals$})")
+            }
+            ClaimedValue::Quotient([(a, _), (b, _), (c, decimals)]) => {
+                format!("{a} / {b} = {c:.*}", usize::from(decimals))
+            }
         }
     }
 
@@ -168,7 +195,17 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     {
         checked.judgement = Judgement::Unknown(why);
     }
-    if checked.judgement == Judgement::Wrong && claim.step.is_none() {
+    // A score is of the window's end; a contact that is denied or to come is not true of earlier steps alone.
+    let is_of_all = matches!(
+        claim.stated,
+        ClaimedValue::Score { .. }
+            | ClaimedValue::Quotient(_)
+            | ClaimedValue::Word {
+                predicate: Predicate::Touches | Predicate::WillTouch,
+                ..
+            }
+    );
+    if checked.judgement == Judgement::Wrong && claim.step.is_none() && !is_of_all {
         let window = subject.steps();
         let earlier = window.steps().filter(|s| *s != step);
         if subject.window.is_none() {
@@ -299,8 +336,116 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                 checked.judgement = Judgement::Right;
             }
         }
+        ClaimedValue::Word {
+            predicate,
+            is_denied,
+        } => {
+            let told = paper_relations(&encounter, written);
+            let Known { holds, is } =
+                state(predicate, subject, &participant, (&encounter, step), &told);
+            checked.is = is;
+            checked.judgement = match holds {
+                Err(why) => Judgement::Unknown(why),
+                Ok(holds) if holds != is_denied => Judgement::Right,
+                Ok(_) => Judgement::Wrong,
+            };
+        }
+        ClaimedValue::Score { score, of } => {
+            let risk = encounter.thresholds().risk.aspect(&encounter, of);
+            checked.truth = Some(f64::from(risk));
+            checked.is = risk.to_string();
+            checked.judgement = if risk == score {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+        }
+        ClaimedValue::Change { from, to, decimals } => {
+            // It had the first value at a step of the window, and the second one at a later one.
+            let number = |value: f64| Claim {
+                stated: ClaimedValue::Number {
+                    value,
+                    decimals,
+                    rough: false,
+                    magnitude: value >= 0.0,
+                },
+                ..claim.clone()
+            };
+            let steps = subject
+                .window
+                .map_or(step..=step, |(first, _)| first..=step);
+            let holds = |value: f64| {
+                let holds = move |at: i64| {
+                    self::at(&number(value), subject, at).judgement == Judgement::Right
+                };
+                steps.clone().filter(|at| holds(*at)).collect::<Vec<i64>>()
+            };
+            let (before, after) = (holds(from), holds(to));
+            checked.is = worded_at(claim.quantity, &encounter, decimals);
+            checked.judgement = match (before.first(), after.last()) {
+                (Some(first), Some(last)) if first < last => Judgement::Right,
+                (None, None) if subject.window.is_some() => Judgement::Wrong,
+                _ => Judgement::Unknown("it may speak of steps that were not described"),
+            };
+        }
+        ClaimedValue::Place(x, y, decimals) => {
+            let place = encounter.other.pose.position;
+            let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05) + 1e-9;
+            let fits = |place: &Point| (place.x - x).abs() <= digit && (place.y - y).abs() <= digit;
+            // A model may speak of the place on the map, seen from the ego, or of the difference on the map.
+            let seen = encounter.ego.pose.to_local(&place);
+            let apart = Point::from(place - encounter.ego.pose.position);
+            checked.is = format!("({:.2}, {:.2})", place.x, place.y);
+            checked.judgement = if fits(&place) || fits(&seen) || fits(&apart) {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+        }
+        ClaimedValue::Quotient(parts) => {
+            let [(a, _), (b, _), (c, decimals)] = parts;
+            // What was rounded may be half a digit off.
+            let half = |(value, decimals): (f64, u8)| {
+                let half = 0.5 * 10_f64.powi(-i32::from(decimals));
+                [value.abs() - half, value.abs() + half]
+            };
+            let ([a0, a1], [b0, b1]) = (half(parts[0]), half(parts[1]));
+            let digit = 0.5 * 10_f64.powi(-i32::from(decimals));
+            let least = a0.max(0.0) / b1 - digit;
+            let most = if b0 > 0.0 {
+                a1 / b0 + digit
+            } else {
+                f64::INFINITY
+            };
+            checked.truth = (b != 0.0).then(|| a / b);
+            checked.is = checked
+                .truth
+                .map_or("no number".into(), |truth| format!("{truth:.3}"));
+            let near = (0.02 * c.abs()).max(digit);
+            checked.judgement = if (least - near..=most + near).contains(&c.abs()) {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+        }
     }
     checked
+}
+
+fn axis_word(axis: Option<bool>) -> &'static str {
+    match axis {
+        None => "",
+        Some(true) => "longitudinal ",
+        Some(false) => "lateral ",
+    }
+}
+
+/// The first number of the exact bodies with its unit.
+fn worded_at(quantity: Quantity, encounter: &Encounter<'_>, decimals: u8) -> String {
+    let first = exact(quantity, encounter).first().copied();
+    first.map_or("none".into(), |truth| {
+        worded(quantity, truth, decimals, false)
+    })
 }
 
 /// A true number with its unit; where only `sizes` are compared, words say what its minus means.
@@ -328,6 +473,13 @@ fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
     let one = |value: Option<f64>| value.into_iter().collect();
     match quantity {
         Quantity::Distance => vec![encounter.distance()],
+        Quantity::LeastDistance => {
+            vec![
+                encounter.distance(),
+                relation.gap_long.abs(),
+                relation.gap_lat.abs(),
+            ]
+        }
         Quantity::GapLong => vec![relation.gap_long],
         Quantity::GapLat => vec![relation.gap_lat],
         Quantity::Ttc => [ttc(), relation.time_long(), relation.time_lat()]
@@ -342,7 +494,13 @@ fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
         Quantity::AccelerationLat => vec![relation.acceleration.y],
         Quantity::Speed => vec![encounter.other.velocity.abs()],
         Quantity::Acceleration => vec![encounter.other.acceleration],
-        Quantity::Side | Quantity::Contact => Vec::new(),
+        Quantity::Side
+        | Quantity::Contact
+        | Quantity::Motion
+        | Quantity::Way
+        | Quantity::Risk
+        | Quantity::Position
+        | Quantity::Arithmetic => Vec::new(),
     }
 }
 
@@ -483,6 +641,9 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
         && (as_other(Quantity::GapLong) || as_other(Quantity::GapLat))
     {
         return Some("true for the gap along or across the heading alone");
+    }
+    if claim.quantity == Quantity::LeastDistance {
+        return Some("which least distance is meant is not told");
     }
     let length = matches!(
         claim.quantity,

@@ -93,6 +93,12 @@ fn take(
     }
     above.begin(kind, indent, &lower, &named);
     above.parted = false;
+    match named.as_slice() {
+        // "Obstacle 7: behind the ego." is about it until another one is: as under a heading.
+        [one] if indent == 0 && is_topic(&lower, one) => above.topic(one.id),
+        _ if kind == LineKind::Line && closes_topic(&lower) => above.forget(),
+        _ => {}
+    }
     for (from, part) in sentences(line) {
         match part {
             "{" | "}" => above.forget(),
@@ -391,6 +397,39 @@ fn lowered(text: &str) -> String {
     text.chars().map(lower).collect()
 }
 
+/// Whether a line begins with a name and a colon behind it, at most with a few words in between: "Obstacle 7 (car): …".
+fn is_topic(lower: &str, one: &Mention) -> bool {
+    let rest = lower[one.span.end..].trim_start_matches(['*', ' ', '`']);
+    let Some((label, _)) = rest.split_once(':') else {
+        return false;
+    };
+    begins_with(lower, one) && label.len() < 30 && !label.contains(['.', ',', ';'])
+}
+
+/// Whether a line goes on about all of it.
+fn closes_topic(lower: &str) -> bool {
+    let bare = lower.trim_start_matches(['*', ' ', '#']);
+    [
+        "overall,",
+        "in summary",
+        "in conclusion",
+        "conclusion",
+        "summary",
+        "therefore",
+        "based on",
+        "final",
+        "all other",
+        "the other obstacles",
+        "other obstacles",
+        "none of",
+        "after analy",
+        "considering all",
+        "given the",
+    ]
+    .iter()
+    .any(|words| bare.starts_with(words))
+}
+
 /// Context that a line gives to the lines below it.
 #[derive(Default)]
 pub struct Above {
@@ -442,6 +481,13 @@ impl Above {
     /// Whether no item above names an obstacle.
     pub fn names_no_obstacle(&self) -> bool {
         self.named.iter().all(|item| item.obstacle.is_none())
+    }
+
+    /// What follows is about this obstacle until another one is named so.
+    fn topic(&mut self, id: Option<i64>) {
+        self.heading = id;
+        self.level = 7;
+        self.open = false;
     }
 
     pub fn forget(&mut self) {

@@ -9,23 +9,32 @@ mod mentions;
 mod number;
 mod phrases;
 mod place;
+mod record;
 mod sentence;
+mod sentences;
+mod worded;
+mod words;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
 
 use nearmiss_scene::description::{has_relative_times, visible};
+use nearmiss_scene::metrics::RiskAspect;
 use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_scene::verdict::{ReasonedAnswer, reasons_first};
 use nearmiss_store::ClaimCounts;
 
 pub use check::{CheckedClaim, ClaimBasis, Judgement, TOLERANCES, check};
+pub use record::{ClaimRecord, SentenceRecord};
+pub use sentences::{CheckedSentence, SentenceOutcome, sentences};
 
 /// The quantity a claim states about an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quantity {
     /// Distance to the ego, metres.
     Distance,
+    /// The least distance that is left, by some measure, metres: "MDC".
+    LeastDistance,
     /// Free distance along the ego's heading, metres.
     GapLong,
     /// Free distance across it, metres.
@@ -52,6 +61,16 @@ pub enum Quantity {
     Side,
     /// That it touches the ego at a step.
     Contact,
+    /// What it does: how its distance or its speed changes.
+    Motion,
+    /// Where it goes and in which lane it is.
+    Way,
+    /// Its risk score, 0 to 5.
+    Risk,
+    /// Where it is on the map.
+    Position,
+    /// A calculation.
+    Arithmetic,
 }
 
 impl Quantity {
@@ -60,6 +79,7 @@ impl Quantity {
     pub fn name(self) -> &'static str {
         match self {
             Self::Distance => "distance",
+            Self::LeastDistance => "least distance",
             Self::GapLong => "gap longitudinal",
             Self::GapLat => "gap lateral",
             Self::Ttc => "TTC",
@@ -73,6 +93,11 @@ impl Quantity {
             Self::Acceleration => "acceleration",
             Self::Side => "direction",
             Self::Contact => "contact",
+            Self::Motion => "motion",
+            Self::Way => "way",
+            Self::Risk => "risk score",
+            Self::Position => "position",
+            Self::Arithmetic => "arithmetic",
         }
     }
 
@@ -80,11 +105,17 @@ impl Quantity {
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Distance | Self::GapLong | Self::GapLat => "m",
+            Self::Distance | Self::LeastDistance | Self::GapLong | Self::GapLat => "m",
             Self::Ttc | Self::TtcLong | Self::TtcLat => "s",
             Self::VelocityLong | Self::VelocityLat | Self::Speed => "m/s",
             Self::AccelerationLong | Self::AccelerationLat | Self::Acceleration => "m/s²",
-            Self::Side | Self::Contact => "",
+            Self::Side
+            | Self::Contact
+            | Self::Motion
+            | Self::Way
+            | Self::Risk
+            | Self::Position
+            | Self::Arithmetic => "",
         }
     }
 }
@@ -132,6 +163,122 @@ pub enum ClaimedValue {
     Side(Side),
     /// That the bodies touch.
     Contact,
+    /// What is said in words.
+    Word {
+        /// What.
+        predicate: Predicate,
+        /// Whether it is denied.
+        is_denied: bool,
+    },
+    /// A risk score, 0 to 5.
+    Score {
+        /// The score.
+        score: u8,
+        /// What it is of.
+        of: RiskAspect,
+    },
+    /// From one number to another one, with digits behind the point of both.
+    Change {
+        /// Before.
+        from: f64,
+        /// After.
+        to: f64,
+        /// Digits behind the point.
+        decimals: u8,
+    },
+    /// A place on the map, metres, with digits behind the point.
+    Place(f64, f64, u8),
+    /// The result of a division that the sentence writes down: dividend, divisor and result, each with digits behind the point.
+    Quotient([(f64, u8); 3]),
+}
+
+/// What is said of an obstacle in words. An axis is that along (true) or across the ego's heading, where one is named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Predicate {
+    /// Its distance shrinks.
+    Approaching(Option<bool>),
+    /// Its distance grows.
+    Receding(Option<bool>),
+    /// It gets slower.
+    Braking,
+    /// It gets faster.
+    Accelerating,
+    /// It keeps its speed.
+    Steady,
+    /// Faster than the ego.
+    FasterThanEgo,
+    /// Slower than the ego.
+    SlowerThanEgo,
+    /// It drives in the ego's direction.
+    SameWay,
+    /// It drives in the opposite direction.
+    Oncoming,
+    /// In the ego's lane, ahead of it or behind.
+    SameLane,
+    /// In another one.
+    OtherLane,
+    /// On the ego's lanelet.
+    SameLanelet,
+    /// On another one.
+    OtherLanelet,
+    /// On the lanelet with this id.
+    OnLanelet(i64),
+    /// It touches the ego.
+    Touches,
+    /// It will.
+    WillTouch,
+}
+
+impl Predicate {
+    /// Of what kind it is.
+    #[must_use]
+    pub fn quantity(self) -> Quantity {
+        match self {
+            Self::Approaching(_)
+            | Self::Receding(_)
+            | Self::Braking
+            | Self::Accelerating
+            | Self::Steady
+            | Self::FasterThanEgo
+            | Self::SlowerThanEgo => Quantity::Motion,
+            Self::SameWay
+            | Self::Oncoming
+            | Self::SameLane
+            | Self::OtherLane
+            | Self::SameLanelet
+            | Self::OtherLanelet
+            | Self::OnLanelet(_) => Quantity::Way,
+            Self::Touches | Self::WillTouch => Quantity::Contact,
+        }
+    }
+}
+
+impl std::fmt::Display for Predicate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let along = |axis: &Option<bool>| match axis {
+            None => "",
+            Some(true) => " longitudinally",
+            Some(false) => " laterally",
+        };
+        match self {
+            Self::Approaching(axis) => write!(f, "approaching{}", along(axis)),
+            Self::Receding(axis) => write!(f, "moving away{}", along(axis)),
+            Self::Braking => f.write_str("braking"),
+            Self::Accelerating => f.write_str("accelerating"),
+            Self::Steady => f.write_str("at constant speed"),
+            Self::FasterThanEgo => f.write_str("faster than the ego"),
+            Self::SlowerThanEgo => f.write_str("slower than the ego"),
+            Self::SameWay => f.write_str("in the same direction"),
+            Self::Oncoming => f.write_str("in the opposite direction"),
+            Self::SameLane => f.write_str("in the ego's lane"),
+            Self::OtherLane => f.write_str("in another lane"),
+            Self::SameLanelet => f.write_str("on the ego's lanelet"),
+            Self::OtherLanelet => f.write_str("on another lanelet"),
+            Self::OnLanelet(id) => write!(f, "on lanelet {id}"),
+            Self::Touches => f.write_str("contact"),
+            Self::WillTouch => f.write_str("contact to come"),
+        }
+    }
 }
 
 /// A claim about an obstacle.
@@ -308,7 +455,7 @@ fn names_quantity(sentence: &str, ids: &BTreeSet<String>) -> bool {
 
 /// The version of finding and checking claims: grows when the same text can give other counts, so that stored ones
 /// are counted anew.
-pub const CHECK: u32 = 5;
+pub const CHECK: u32 = 6;
 
 /// The separator between reasoning and answer.
 const ANSWER: &str = "── answer ──";

@@ -218,6 +218,7 @@ pub fn without_reference(text: &str) -> String {
 /// The axis of a number: named before it, or right behind it, as in "2.4 m longitudinal, 9.4 m lateral".
 pub fn find_axis(near: &str, after: &str) -> Option<bool> {
     let after = after.trim_start_matches('(');
+    let after = after.strip_prefix("relative ").unwrap_or(after);
     let behind = ["longitudinal", "lateral"].map(|word| after.starts_with(word));
     let words = near.trim_end_matches(['*', ' ', '`', ':', '=', '(', '≈', '~', '-', '−']);
     let before = words.ends_with("longitudinal") || words.ends_with("lateral");

@@ -142,8 +142,11 @@ fn find_side(clause: &str) -> Option<(Range<usize>, Side)> {
     let (word, side) = FIELDS.iter().find(|(word, _)| {
         let after = rest.strip_prefix(word);
         after.is_some_and(|a| {
-            a.trim_start_matches(['*', ' ', '"', '`', '.']).is_empty()
-                || a.trim_start().starts_with('(')
+            let rest = a.trim_start_matches(['*', ' ', '"', '`', '.']);
+            let of = rest.strip_prefix("of ").unwrap_or(rest);
+            rest.is_empty()
+                || rest.starts_with('(')
+                || of.trim_start_matches("the ").starts_with("ego")
         })
     })?;
     Some((start..start + word.len(), *side))

@@ -7,6 +7,7 @@ use super::number::{
 };
 use super::phrases;
 use super::place::{has_word, side_in, touches_before};
+use super::words;
 use super::{Claim, ClaimedValue, Quantity};
 
 /// A sentence with its context.
@@ -123,6 +124,10 @@ impl Sentence<'_> {
         let supposed =
             SUPPOSED.iter().any(|word| has_word(self.lower, word)) || from_number(self.lower);
         let mut found: Vec<Claim> = Vec::new();
+        found.extend(self.change());
+        if !supposed {
+            found.extend(self.both_axes());
+        }
         if !supposed {
             let mut from = 0;
             for (place, number) in self.numbers.iter().enumerate() {
@@ -161,8 +166,100 @@ impl Sentence<'_> {
         if let Some(span) = phrases::touches_now(self.lower) {
             found.push(self.claim(span, Quantity::Contact, ClaimedValue::Contact));
         }
+        for (span, quantity, value) in words::in_words(self.lower, self.above, self.numbers) {
+            found.push(self.claim(span, quantity, value));
+        }
         found.sort_by_key(|claim| claim.span.start);
         found
+    }
+
+    /// Two numbers with their axes in the same order: "longitudinal & lateral distance: 12.57 m & -3.36 m", "12.57 m long, -3.36 m
+    /// lat".
+    fn both_axes(&self) -> Vec<Claim> {
+        let pair = self.numbers.windows(2).find_map(|pair| {
+            let (a, b) = (&pair[0], &pair[1]);
+            let (before, between, after) = (
+                &self.lower[..a.span.start],
+                self.lower
+                    .get(a.span.end..b.span.start)?
+                    .trim_matches(['*', ' ', '`']),
+                self.lower[b.span.end..].trim_start_matches(['*', ' ', '`']),
+            );
+            let same = a.unit == b.unit && matches!(a.unit, Unit::Metre | Unit::Speed);
+            if !same {
+                return None;
+            }
+            let short = |text: &str, word: &str| {
+                text.strip_prefix(word)
+                    .is_some_and(|rest| !rest.starts_with(char::is_alphabetic))
+            };
+            if short(between, "long") && short(after, "lat") {
+                return Some((pair, true));
+            }
+            let joined = ["&", "and", ",", "/"].contains(&between);
+            let part = before.rsplit([';', '.']).next().unwrap_or(before);
+            let order = part.rfind("longitudinal").zip(part.rfind("lateral"));
+            let (long, lat) = order.filter(|_| joined)?;
+            Some((pair, long < lat))
+        });
+        let Some((pair, long_first)) = pair else {
+            return Vec::new();
+        };
+        let before = format!("{} {}", self.above, &self.lower[..pair[0].span.start]);
+        let is_velocity = pair[0].unit == Unit::Speed;
+        let says = |words: &[&str]| words.iter().any(|word| has_word(&before, word));
+        if !is_velocity && !says(&["distance", "distances", "gap", "gaps"]) {
+            return Vec::new();
+        }
+        let claim = |number: &Number, long: bool| {
+            let quantity = match (is_velocity, long) {
+                (false, true) => Quantity::GapLong,
+                (false, false) => Quantity::GapLat,
+                (true, true) => Quantity::VelocityLong,
+                (true, false) => Quantity::VelocityLat,
+            };
+            let stated = ClaimedValue::Number {
+                value: number.value,
+                decimals: number.decimals,
+                rough: self.rough(0, number.span.start),
+                magnitude: self.magnitude(0, number),
+            };
+            self.claim(number.span.clone(), quantity, stated)
+        };
+        vec![claim(&pair[0], long_first), claim(&pair[1], !long_first)]
+    }
+
+    /// From one number to another: "the gap decreased from 9 m to 7.8 m".
+    fn change(&self) -> Option<Claim> {
+        const SUPPOSED: [&str; 5] = ["if", "would", "could", "should", "assume"];
+        if SUPPOSED.iter().any(|word| has_word(self.lower, word)) {
+            return None;
+        }
+        let pair = self.numbers.windows(2).find(|pair| {
+            let between = self.lower.get(pair[0].span.end..pair[1].span.start);
+            let between = between.unwrap_or("?").trim();
+            let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~']);
+            let is_from =
+                before.ends_with("from") && between == "to" || ["→", "->"].contains(&between);
+            is_from
+                && pair[1].unit == Unit::Metre
+                && matches!(pair[0].unit, Unit::Metre | Unit::None)
+        })?;
+        let before = &self.lower[..pair[0].span.start];
+        let is_length = ["distance", "gap", "separation", "clearance"]
+            .iter()
+            .any(|word| has_word(before, word) || has_word(self.above, word));
+        let quantity = match axis(before).or_else(|| axis(self.above)) {
+            Some(true) => Quantity::GapLong,
+            Some(false) => Quantity::GapLat,
+            None => Quantity::Distance,
+        };
+        let stated = ClaimedValue::Change {
+            from: pair[0].value,
+            to: pair[1].value,
+            decimals: pair[0].decimals.min(pair[1].decimals),
+        };
+        is_length.then(|| self.claim(pair[0].span.start..pair[1].span.end, quantity, stated))
     }
 
     /// That the bodies touch at the time whose number stands at `place`.
@@ -195,7 +292,9 @@ impl Sentence<'_> {
         let near = &self.lower[from..number.span.start];
         let before = &self.lower[..number.span.start];
         let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
-        let mut bounds = near.replace("over time", "");
+        // "At the last step, the distance is 3 m": what stands before the comma bounds nothing.
+        let own = near.rsplit([',', ')']).next().unwrap_or(near);
+        let mut bounds = own.replace("over time", "");
         // "The distance between the ego and car 301 is 3 m" has ends and no bounds.
         if bounds
             .split_once("between")
@@ -256,6 +355,45 @@ impl Sentence<'_> {
                     .split(|c: char| !c.is_alphanumeric())
                     .next()
                     .unwrap_or_default();
+                // "MDC: 7.93 m", in the words of the prompt.
+                let is_least = ["mdc", "mdc_long", "mdc_lat"]
+                    .iter()
+                    .any(|word| has_word(clause_of(near).as_str(), word) || has_word(clause, word))
+                    || has_word(self.above, "mdc")
+                        && near.trim_matches(['*', ' ', '-', '~', '≈']).is_empty();
+                if is_least && axis.is_none() {
+                    return Some((LeastDistance, true));
+                }
+                // "4 m ahead", "5 m to the side".
+                let along = [
+                    "ahead",
+                    "behind",
+                    "in front",
+                    "to the side",
+                    "to the left",
+                    "to the right",
+                    "sideways",
+                ]
+                .iter()
+                .position(|word| after.starts_with(word));
+                let ends = [
+                    "ahead",
+                    "behind",
+                    "in front",
+                    "to the side",
+                    "to the left",
+                    "to the right",
+                    "sideways",
+                ]
+                .iter()
+                .find_map(|word| after.strip_prefix(word))
+                .is_some_and(|rest| {
+                    rest.trim_start().is_empty()
+                        || rest.trim_start().starts_with([',', '.', ')', ';'])
+                });
+                if let Some(place) = along.filter(|_| ends) {
+                    return Some((if place < 3 { GapLong } else { GapLat }, true));
+                }
                 if OTHER_LENGTHS.iter().any(|word| has_word(near, word))
                     || has_word(clause, "position")
                     || has_word(self.above, "mdc")

@@ -47,7 +47,10 @@ fn a_named_quantity_needs_no_unit_and_a_direction_no_word_relative() {
         ),
         (
             format!("Obstacle {a} is approaching from behind at 3.20 m longitudinally."),
-            vec![format!("{a} gap longitudinal: 3.20 m")],
+            vec![
+                format!("{a} motion: approaching"),
+                format!("{a} gap longitudinal: 3.20 m"),
+            ],
         ),
     ] {
         assert_eq!(brief(&text), claims, "{text}");
@@ -146,7 +149,10 @@ fn places_in_brackets_both_axes_and_lists_of_obstacles() {
         ),
         (
             format!("Obstacle {a} is in front of the ego vehicle, moving closer."),
-            vec![format!("{a} direction: in front of")],
+            vec![
+                format!("{a} direction: in front of"),
+                format!("{a} motion: moving closer"),
+            ],
         ),
         (
             format!("Obstacles {a} and {b} are behind the ego vehicle."),
@@ -157,7 +163,7 @@ fn places_in_brackets_both_axes_and_lists_of_obstacles() {
         ),
         (
             format!("Obstacle {a} is approaching from behind the ego."),
-            vec![],
+            vec![format!("{a} motion: approaching")],
         ),
     ] {
         assert_eq!(brief(&text), claims, "{text}");

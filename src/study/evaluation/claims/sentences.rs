@@ -1,0 +1,238 @@
+//! Sentences of a text about a scene: the claims of each, and what it comes to as a whole.
+
+use std::ops::Range;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
+
+use super::number::{Unit, numbers};
+use super::phrases::clauses;
+use super::place::has_word;
+use super::{CheckedClaim, Judgement, Subject, checked, find};
+
+/// What a sentence comes to.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    IntoStaticStr,
+    VariantArray,
+    Serialize,
+    JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum SentenceOutcome {
+    /// All of it was understood and holds.
+    Right,
+    /// A claim of it does not hold.
+    Wrong,
+    /// A claim of it cannot be decided.
+    Open,
+    /// It says something of the scene that was not understood, or not all of it was.
+    NotUnderstood,
+}
+
+nearmiss_record::named!(SentenceOutcome);
+
+/// A sentence, list item or table row that says something of the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckedSentence {
+    /// Where it stands in the text, bytes.
+    pub span: Range<usize>,
+    /// What it comes to.
+    pub outcome: SentenceOutcome,
+    /// Its claims, in their order.
+    pub claims: Vec<CheckedClaim>,
+}
+
+/// Beginnings of words that state something of a scene.
+const STATING: &[&str] = &[
+    "approach",
+    "closing",
+    "converging",
+    "reced",
+    "diverging",
+    "away",
+    "nearing",
+    "brak",
+    "deceleratin",
+    "acceleratin",
+    "slow",
+    "stop",
+    "stationary",
+    "standing",
+    "moving",
+    "turn",
+    "yield",
+    "cut",
+    "collid",
+    "collision",
+    "contact",
+    "touch",
+    "overlap",
+    "lane",
+    "faster",
+    "closer",
+    "farther",
+    "further",
+    "distance",
+    "gap",
+    "clearance",
+    "ttc",
+    "speed",
+    "velocity",
+    "ahead",
+    "behind",
+    "front",
+    "rear",
+    "left",
+    "right",
+    "oncoming",
+    "opposite",
+    "direction",
+];
+
+/// The sentences of a text that say something of the scene, each with its claims checked.
+///
+/// A sentence is wrong if a claim of it is, else open if one is, and right only if nothing that it states is left over: a
+/// number with a unit, or a clause that speaks of motion, place, lane, contact or risk.
+#[must_use]
+pub fn sentences(text: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
+    let mut claims = checked(text, subject);
+    claims.sort_by_key(|checked| checked.claim.span.start);
+    let mut found = Vec::new();
+    let (mut at, mut is_code) = (0, false);
+    for line in text.split_inclusive('\n') {
+        let start = at;
+        at += line.len();
+        if line.trim_start().starts_with("```") {
+            is_code = !is_code;
+            continue;
+        }
+        let parts = if line.trim_start().starts_with('|') {
+            vec![(0, line)]
+        } else {
+            find::sentences(line)
+        };
+        for (from, part) in parts {
+            let end = start + from + part.trim_end().len();
+            let begin = start + from + (part.len() - part.trim_start().len());
+            let own: Vec<CheckedClaim> = { claims.iter() }
+                .filter(|c| (begin..end).contains(&c.claim.span.start))
+                .cloned()
+                .collect();
+            let is_data = is_code || part.trim_start().starts_with(['{', '}', '"', '[', ']']);
+            let lower = text[begin..end].to_lowercase();
+            let same_places = lower.len() == end - begin;
+            let is_label =
+                lower.trim_end_matches(['*', ' ']).ends_with(':') || lower.starts_with('#');
+            if own.is_empty() && (is_data || is_label || !states(&lower)) {
+                continue;
+            }
+            let rest = !is_data && (!same_places || is_left_over(&lower, begin, &own));
+            let has = |is: fn(&Judgement) -> bool| own.iter().any(|c| is(&c.judgement));
+            let outcome = if has(|j| *j == Judgement::Wrong) {
+                SentenceOutcome::Wrong
+            } else if has(|j| matches!(j, Judgement::Unknown(_))) {
+                SentenceOutcome::Open
+            } else if own.is_empty() || rest {
+                SentenceOutcome::NotUnderstood
+            } else {
+                SentenceOutcome::Right
+            };
+            found.push(CheckedSentence {
+                span: begin..end,
+                outcome,
+                claims: own,
+            });
+        }
+    }
+    found
+}
+
+/// Whether a text in lower case states something of a scene: a heading, a plan or advice does not.
+fn states(lower: &str) -> bool {
+    let has_unit = numbers(lower)
+        .iter()
+        .any(|number| number.unit != Unit::None);
+    has_unit || { words(lower) }.any(|(_, word)| STATING.iter().any(|stem| word.starts_with(stem)))
+}
+
+/// Whether something that a sentence states is in none of its claims.
+fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
+    let covers = |span: &Range<usize>| {
+        claims.iter().any(|checked| {
+            let own = &checked.claim.span;
+            own.start < begin + span.end && begin + span.start < own.end
+        })
+    };
+    // Times say when.
+    let timed = |span: &Range<usize>| {
+        let before = lower[..span.start].trim_end();
+        [
+            "at", "t =", "t=", "time", "until", "after", "from", "to", "step", "(",
+        ]
+        .iter()
+        .any(|word| before.ends_with(word))
+    };
+    let numbers = numbers(lower);
+    let number = numbers.iter().any(|number| {
+        let is_time = number.unit == Unit::Second && timed(&number.span);
+        number.unit != Unit::None && !is_time && !covers(&number.span)
+    });
+    // A clause with a claim is understood, but for what moves or touches beside it.
+    let clause = clauses(lower).into_iter().any(|(from, clause)| {
+        let span = from..from + clause.len();
+        let has_claim = covers(&span);
+        { words(clause) }.any(|(at, word)| {
+            let own = from + at..from + at + word.len();
+            let stems = if has_claim {
+                &STATING[..MOVING]
+            } else {
+                STATING
+            };
+            stems.iter().any(|stem| word.starts_with(stem)) && !covers(&own)
+        }) && !is_comment(clause, has_claim)
+    });
+    number || clause
+}
+
+/// Of [`STATING`], those that a clause with a claim may state beside it.
+const MOVING: usize = 23;
+
+/// Whether a clause without a claim says what another means: "indicating a low risk".
+fn is_comment(clause: &str, has_claim: bool) -> bool {
+    !has_claim
+        && [
+            "indicating",
+            "suggesting",
+            "which means",
+            "meaning",
+            "posing",
+            "poses",
+        ]
+        .iter()
+        .any(|word| has_word(clause, word))
+        && !numbers(clause)
+            .iter()
+            .any(|number| number.unit != Unit::None)
+}
+
+/// The words of a text with their places.
+fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let is_letter = |c: char| c.is_alphabetic();
+    let mut at = 0;
+    text.split(move |c: char| !is_letter(c)).map(move |word| {
+        let from = at;
+        at += word.len();
+        at += text[at..].chars().next().map_or(0, char::len_utf8);
+        (from, word)
+    })
+}
