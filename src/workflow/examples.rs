@@ -69,7 +69,8 @@ mod tests {
         let runs = example_runs(1);
         assert_eq!(runs.len(), EXAMPLES.len());
         let wrong = |run: &&Run| run.ending.claims.claims_wrong.is_some_and(|n| n > 0);
-        assert_eq!(runs.iter().filter(wrong).count(), 1);
+        // The risk score is a claim as well.
+        assert_eq!(runs.iter().filter(wrong).count(), 2);
         let says = |run: &Run| {
             let verdict = run.ending.verdict.as_ref().and_then(|said| said.verdict());
             verdict.map(|v| (v.dangerous, v.worst().map(|o| (o.id, o.risk_score))))

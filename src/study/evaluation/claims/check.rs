@@ -6,7 +6,7 @@ use nearmiss_base::geometry::Point;
 use nearmiss_scene::metrics::{Contact, Encounter, Relation, RiskAspect, measure, paper};
 use nearmiss_scene::scenario::Participant;
 
-use super::worded::{Known, state};
+use super::worded::{Known, axis_word, risk, state};
 use super::{Claim, ClaimedValue, Predicate, Quantity, Side, Subject};
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
@@ -351,14 +351,10 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             };
         }
         ClaimedValue::Score { score, of } => {
-            let risk = encounter.thresholds().risk.aspect(&encounter, of);
+            let (risk, judgement) = risk(claim, subject, &participant, &encounter, (score, of));
             checked.truth = Some(f64::from(risk));
             checked.is = risk.to_string();
-            checked.judgement = if risk == score {
-                Judgement::Right
-            } else {
-                Judgement::Wrong
-            };
+            checked.judgement = judgement;
         }
         ClaimedValue::Change { from, to, decimals } => {
             // It had the first value at a step of the window, and the second one at a later one.
@@ -430,14 +426,6 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
         }
     }
     checked
-}
-
-fn axis_word(axis: Option<bool>) -> &'static str {
-    match axis {
-        None => "",
-        Some(true) => "longitudinal ",
-        Some(false) => "lateral ",
-    }
 }
 
 /// The first number of the exact bodies with its unit.

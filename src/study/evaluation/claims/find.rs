@@ -134,7 +134,13 @@ fn sentence(
         }
         all => all,
     };
+    if is_of_ego(&lower) {
+        // "The ego brakes. Its speed is 5 m/s": what follows is not about an obstacle.
+        above.open = true;
+    }
     let about = match distinct {
+        [] if has_own_subject(&lower) => None,
+        [one] if is_beside(&lower, one) => None,
         [] => before.map(|id| (id, whole)),
         [one] if one.compared => before.map(|id| (id, 0..one.span.start)),
         [one] if begins_with(&lower, one) || one.id.is_some() && one.id == before => {
@@ -397,6 +403,107 @@ fn lowered(text: &str) -> String {
     text.chars().map(lower).collect()
 }
 
+/// Whether a sentence begins with the ego as what it is about.
+fn is_of_ego(lower: &str) -> bool {
+    let bare = lower.trim_start_matches(['*', ' ', '-', '•', '#', '"', '`']);
+    let begins = [
+        "the ego", "ego", "our ", "my ", "we ", "the av ", "the host",
+    ];
+    let of = [
+        "of the ego is",
+        "of the ego vehicle is",
+        "ego's speed",
+        "ego's velocity",
+        "ego's acceleration",
+        "ego speed",
+        "ego velocity",
+        "the ego is",
+        "the ego vehicle is",
+        "ego brakes",
+        "ego decelerates",
+        "ego accelerates",
+    ];
+    begins.iter().any(|word| bare.starts_with(word)) || of.iter().any(|word| lower.contains(word))
+}
+
+/// Whether a sentence without a name is about something else than what stands above it.
+fn has_own_subject(lower: &str) -> bool {
+    const OTHERS: [&str; 35] = [
+        "everything",
+        "everyone",
+        "everybody",
+        "nothing",
+        "nobody",
+        "rest",
+        "scene",
+        "scenario",
+        "others",
+        "other",
+        "traffic",
+        "leader",
+        "lead",
+        "nearest",
+        "closest",
+        "our",
+        "my",
+        "we",
+        "host",
+        "av",
+        "limit",
+        "safe",
+        "stopping",
+        "truck",
+        "bus",
+        "cyclist",
+        "bicycle",
+        "pedestrian",
+        "motorcycle",
+        "taxi",
+        "kerb",
+        "curb",
+        "crossing",
+        "intersection",
+        "driver",
+    ];
+    const PHRASES: [&str; 5] = [
+        "vehicle ahead",
+        "car ahead",
+        "car cutting",
+        "vehicle cutting",
+        "vehicle in front",
+    ];
+    is_of_ego(lower)
+        || OTHERS.iter().any(|word| has_word(lower, word))
+        || PHRASES.iter().any(|words| lower.contains(words))
+}
+
+/// Whether a name only says where another one is: "the car in front of obstacle 7 brakes".
+fn is_beside(lower: &str, one: &Mention) -> bool {
+    let before = lower[..one.span.start].trim_end_matches(['*', ' ', '`', '#', '(']);
+    let noun = ["obstacle", "vehicle", "car", "truck", "id"];
+    let before = noun
+        .iter()
+        .find_map(|word| before.strip_suffix(word))
+        .unwrap_or(before)
+        .trim_end();
+    let before = before.strip_suffix("the").unwrap_or(before).trim_end();
+    let places = [
+        "behind",
+        "in front of",
+        "ahead of",
+        "next to",
+        "beside",
+        "following",
+        "left of",
+        "right of",
+        "near",
+    ];
+    places.iter().any(|word| ends_with_word(before, word))
+        && ["driver", "car", "vehicle", "truck", "one", "ego", "traffic"]
+            .iter()
+            .any(|word| has_word(before, word))
+}
+
 /// Whether a line begins with a name and a colon behind it, at most with a few words in between: "Obstacle 7 (car): …".
 fn is_topic(lower: &str, one: &Mention) -> bool {
     let rest = lower[one.span.end..].trim_start_matches(['*', ' ', '`']);
@@ -410,6 +517,8 @@ fn is_topic(lower: &str, one: &Mention) -> bool {
 fn closes_topic(lower: &str) -> bool {
     let bare = lower.trim_start_matches(['*', ' ', '#']);
     [
+        "ego",
+        "the ego",
         "overall,",
         "in summary",
         "in conclusion",

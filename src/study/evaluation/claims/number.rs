@@ -125,11 +125,27 @@ pub fn numbers(text: &str) -> Vec<Number> {
             }
             decimals = u8::try_from(end - point - 1).unwrap_or(u8::MAX);
         }
+        let mut decimal = None;
+        if decimals == 0 && bytes.get(end) == Some(&b',') {
+            let digits = bytes[end + 1..]
+                .iter()
+                .take_while(|b| b.is_ascii_digit())
+                .count();
+            let stop = end + 1 + digits;
+            // "22,8 m/s": of thousands there are three.
+            if (1..=2).contains(&digits) && matches!(unit(text, stop).0, Some(u) if u != Unit::None)
+            {
+                decimal = text[at..stop].replace(',', ".").parse::<f64>().ok();
+                decimals = digits as u8;
+                end = stop;
+            }
+        }
         let before = text[..at].chars().next_back();
         // Part of a name, a version, a date.
         let inside = before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == '.');
         let (start, sign) = sign(text, at);
-        if !inside && let Ok(value) = text[at..end].parse::<f64>() {
+        let value = decimal.or_else(|| text[at..end].parse::<f64>().ok());
+        if !inside && let Some(value) = value {
             let (unit, stop) = unit(text, end);
             if let Some(unit) = unit {
                 found.push(Number {

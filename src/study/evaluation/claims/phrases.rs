@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::number::without_reference;
-use super::place::has_word;
+use super::place::{denies, has_word};
 use super::{ClaimedValue, Quantity};
 
 /// A velocity of 0, as phrases state it.
@@ -54,7 +54,9 @@ const DOUBTFUL: &[&str] = &[
 pub fn find_standstill(lower: &str) -> Vec<(Range<usize>, Quantity)> {
     let mut found = Vec::new();
     for (from, clause) in clauses(lower) {
-        if DOUBTFUL.iter().any(|word| has_word(clause, word)) {
+        if denies(clause) && !clause.contains("no ")
+            || DOUBTFUL.iter().any(|word| has_word(clause, word))
+        {
             continue;
         }
         let phrase = STILL.iter().find_map(|word| {
@@ -63,6 +65,10 @@ pub fn find_standstill(lower: &str) -> Vec<(Range<usize>, Quantity)> {
             let whole = !before.ends_with(char::is_alphanumeric)
                 && !after.starts_with(char::is_alphanumeric);
             let after = after.trim_start_matches([' ', '*']);
+            // A field: "stationary: no".
+            if after.starts_with(':') {
+                return None;
+            }
             let weakened = ["nearly", "almost", "relatively", "quasi"]
                 .iter()
                 .any(|word| before.trim_end().ends_with(word));

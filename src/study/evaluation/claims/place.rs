@@ -74,7 +74,14 @@ pub fn side_in(lower: &str) -> Option<(Range<usize>, Side)> {
     if ["if", "neither"].iter().any(|word| has_word(lower, word)) {
         return None;
     }
-    let plain = |(_, clause): &(usize, &str)| !DOUBTFUL.iter().any(|word| has_word(clause, word));
+    let plain = |(_, clause): &(usize, &str)| {
+        !denies(clause)
+            && !clause.contains("used to")
+            && !DOUBTFUL.iter().any(|word| has_word(clause, word))
+            && ![": no", ": false"]
+                .iter()
+                .any(|words| clause.trim_end_matches(['*', ' ', '.']).ends_with(words))
+    };
     let mut found = clauses(lower)
         .into_iter()
         .filter(plain)
@@ -255,6 +262,61 @@ pub fn touches_before(lower: &str) -> Option<usize> {
         .trim_end_matches(['*', ' ', '~', '`']);
     let words = TOUCHES.iter().find(|words| trimmed.ends_with(*words))?;
     Some(trimmed.len() - words.len())
+}
+
+/// Whether a text denies: with a word of its own, or a contraction.
+pub fn denies(text: &str) -> bool {
+    const DENIALS: [&str; 12] = [
+        "not", "no", "never", "nor", "neither", "without", "cannot", "nowhere", "hardly", "barely",
+        "rarely", "lacks",
+    ];
+    DENIALS.iter().any(|word| has_word(text, word)) || text.contains("n't") || text.contains("n’t")
+}
+
+/// Words with which a sentence supposes, asks, quotes, or denies as a whole.
+const UNSAID: [&str; 30] = [
+    "suppose",
+    "imagine",
+    "hypothetically",
+    "hypothetical",
+    "provided that",
+    "in case",
+    "given that",
+    "doubt",
+    "statement",
+    "myth",
+    "option",
+    "previous answer",
+    "question",
+    "false that",
+    "true that",
+    "case that",
+    "rather than",
+    "far from",
+    "refrain",
+    "refrains",
+    "ceases",
+    "ceased",
+    "ceasing",
+    "stops approaching",
+    "stop approaching",
+    "only approaching",
+    "anything but",
+    "excluded",
+    "once the",
+    "should the",
+];
+
+/// Whether nothing that a sentence says is claimed by it.
+pub fn is_unsaid(lower: &str) -> bool {
+    lower.trim_end_matches(['*', ' ', '"']).ends_with('?')
+        || UNSAID.iter().any(|words| has_word(lower, words))
+        || lower
+            .trim_start_matches(['*', ' ', '-', '"'])
+            .starts_with("had ")
+        || lower
+            .trim_start_matches(['*', ' ', '-', '"'])
+            .starts_with("assume")
 }
 
 /// Whether a word occurs, not as a part of another.

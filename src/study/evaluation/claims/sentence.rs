@@ -6,7 +6,7 @@ use super::number::{
     Number, Unit, axis, find_axis, from_ego, from_number, only_axis, without_reference,
 };
 use super::phrases;
-use super::place::{has_word, side_in, touches_before};
+use super::place::{denies, has_word, is_unsaid, side_in, touches_before};
 use super::words;
 use super::{Claim, ClaimedValue, Quantity};
 
@@ -59,6 +59,10 @@ const SUPPOSED: &[&str] = &[
     "were",
     "seen",
     "next",
+    "limit",
+    "must",
+    "difference",
+    "used to",
 ];
 
 /// Words that make a number a bound.
@@ -82,6 +86,8 @@ const BOUNDS: &[&str] = &[
     "by",
     "past",
     "last",
+    "beyond",
+    "minimum",
 ];
 
 /// Words for lengths other than a distance to the ego.
@@ -121,6 +127,9 @@ const OTHER_LENGTHS: &[&str] = &[
 impl Sentence<'_> {
     /// Its claims, in order.
     pub fn claims(&self) -> Vec<Claim> {
+        if is_unsaid(self.lower) {
+            return Vec::new();
+        }
         let supposed =
             SUPPOSED.iter().any(|word| has_word(self.lower, word)) || from_number(self.lower);
         let mut found: Vec<Claim> = Vec::new();
@@ -171,6 +180,36 @@ impl Sentence<'_> {
         }
         found.sort_by_key(|claim| claim.span.start);
         found
+    }
+
+    /// Whether a length is that to something else than the ego or the obstacle: "the distance to the kerb".
+    fn is_to_another(&self, near: &str) -> bool {
+        let Some((_, to)) = near
+            .split_once("distance to ")
+            .or_else(|| near.split_once("gap to "))
+        else {
+            return false;
+        };
+        let to = to.strip_prefix("the ").unwrap_or(to);
+        let word = to
+            .split(|c: char| !c.is_alphanumeric())
+            .next()
+            .unwrap_or_default();
+        let known = [
+            "ego",
+            "obstacle",
+            "vehicle",
+            "car",
+            "truck",
+            "it",
+            "us",
+            "collision",
+            "this",
+            "that",
+            "bus",
+            "id",
+        ];
+        !word.is_empty() && !known.contains(&word) && word.parse::<f64>().is_err()
     }
 
     /// Two numbers with their axes in the same order: "longitudinal & lateral distance: 12.57 m & -3.36 m", "12.57 m long, -3.36 m
@@ -232,7 +271,7 @@ impl Sentence<'_> {
     /// From one number to another: "the gap decreased from 9 m to 7.8 m".
     fn change(&self) -> Option<Claim> {
         const SUPPOSED: [&str; 5] = ["if", "would", "could", "should", "assume"];
-        if SUPPOSED.iter().any(|word| has_word(self.lower, word)) {
+        if denies(self.lower) || SUPPOSED.iter().any(|word| has_word(self.lower, word)) {
             return None;
         }
         let pair = self.numbers.windows(2).find(|pair| {
@@ -259,7 +298,15 @@ impl Sentence<'_> {
             to: pair[1].value,
             decimals: pair[0].decimals.min(pair[1].decimals),
         };
-        is_length.then(|| self.claim(pair[0].span.start..pair[1].span.end, quantity, stated))
+        // "Increased from 11 m to 9 m" says two things.
+        let (from, to) = (pair[0].value.abs(), pair[1].value.abs());
+        let grows =
+            before.contains("increas") || before.contains("grow") || before.contains("grew");
+        let shrinks =
+            before.contains("decreas") || before.contains("shr") || before.contains("reduc");
+        let is_one = !(grows && to < from || shrinks && to > from);
+        (is_length && is_one)
+            .then(|| self.claim(pair[0].span.start..pair[1].span.end, quantity, stated))
     }
 
     /// That the bodies touch at the time whose number stands at `place`.
@@ -303,6 +350,17 @@ impl Sentence<'_> {
             bounds = bounds.replacen("between", "", 1);
         }
         if self.counted(near, after) || BOUNDS.iter().any(|word| has_word(&bounds, word)) {
+            return None;
+        }
+        // "Not 3 m", ">= 3 m", "9 m/s slower", "the distance to the kerb".
+        let said = bounds.rsplit([':', ';']).next().unwrap_or(&bounds);
+        let compared = ["lower", "higher", "slower", "faster", "more ", "less "];
+        if denies(said)
+            || bounds.contains(">=")
+            || bounds.contains("<=")
+            || compared.iter().any(|word| after.starts_with(word))
+            || self.is_to_another(near)
+        {
             return None;
         }
         // "Longitudinal & lateral distance: 0.45 m & -2.04 m": which is which is not said beside the number.

@@ -136,7 +136,7 @@ pub fn sentences(text: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
             if own.is_empty() && (is_data || is_label || !states(&lower)) {
                 continue;
             }
-            let rest = !is_data && (!same_places || is_left_over(&lower, begin, &own));
+            let rest = !same_places || is_left_over(&lower, begin, &own);
             let has = |is: fn(&Judgement) -> bool| own.iter().any(|c| is(&c.judgement));
             let outcome = if has(|j| *j == Judgement::Wrong) {
                 SentenceOutcome::Wrong
@@ -188,7 +188,17 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
         number.unit != Unit::None && !is_time && !covers(&number.span)
     });
     // A clause with a claim is understood, but for what moves or touches beside it.
-    let clause = clauses(lower).into_iter().any(|(from, clause)| {
+    let cells = lower.match_indices('|').map(|(at, _)| at + 1);
+    let cells: Vec<usize> = std::iter::once(0).chain(cells).collect();
+    let cells = { cells.iter().enumerate() }.map(|(place, from)| {
+        let to = cells.get(place + 1).map_or(lower.len(), |next| next - 1);
+        (*from, &lower[*from..to])
+    });
+    let parts = cells.flat_map(|(at, cell)| {
+        let parts = clauses(cell).into_iter();
+        parts.map(move |(from, clause)| (at + from, clause))
+    });
+    let clause = { parts }.any(|(from, clause)| {
         let span = from..from + clause.len();
         let has_claim = covers(&span);
         { words(clause) }.any(|(at, word)| {
@@ -198,14 +208,35 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
             } else {
                 STATING
             };
-            stems.iter().any(|stem| word.starts_with(stem)) && !covers(&own)
+            stems.iter().any(|stem| word.starts_with(stem))
+                && !covers(&own)
+                && !is_of_number(clause, at, word)
         }) && !is_comment(clause, has_claim)
     });
     number || clause
 }
 
+/// Whether a word belongs to a number beside it: "3 m away", "a closing speed of 2 m/s".
+fn is_of_number(clause: &str, at: usize, word: &str) -> bool {
+    let (before, after) = (
+        clause[..at].trim_end(),
+        clause[at + word.len()..].trim_start(),
+    );
+    let has_unit = ["m", "meters", "metres", "meter", "metre"]
+        .iter()
+        .any(|unit| {
+            before
+                .strip_suffix(unit)
+                .is_some_and(|rest| rest.trim_end().ends_with(|c: char| c.is_ascii_digit()))
+        });
+    word == "away" && has_unit
+        || ["speed", "velocity"]
+            .iter()
+            .any(|noun| after.starts_with(noun))
+}
+
 /// Of [`STATING`], those that a clause with a claim may state beside it.
-const MOVING: usize = 23;
+const MOVING: usize = 28;
 
 /// Whether a clause without a claim says what another means: "indicating a low risk".
 fn is_comment(clause: &str, has_claim: bool) -> bool {

@@ -1,11 +1,11 @@
 //! Whether what is said of an obstacle in words holds at a step: motion, way, lane, contact denied and contact to come.
 
 use nearmiss_base::geometry::{Placed, Pose, angle_between};
-use nearmiss_scene::metrics::{Contact, Encounter, measure, paper};
+use nearmiss_scene::metrics::{Contact, Encounter, RiskAspect, measure, paper};
 use nearmiss_scene::scenario::{LaneRelation, Participant, Scene};
 
 use super::check::STANDING;
-use super::{Predicate, Subject};
+use super::{Claim, Judgement, Predicate, Subject};
 
 /// What is known of a predicate.
 #[derive(Debug, Clone)]
@@ -268,4 +268,42 @@ fn lane(predicate: Predicate, scene: &Scene, encounter: &Encounter<'_>) -> Known
         }
     };
     Known { holds, is }
+}
+
+/// The risk score of an obstacle that a claim is about, and whether the claim holds: at its step, or where none is named at the
+/// present or at the worst step of the recording; where the present is not known that cannot be told.
+pub fn risk(
+    claim: &Claim,
+    subject: &Subject<'_>,
+    participant: &Participant<'_>,
+    encounter: &Encounter<'_>,
+    (score, of): (u8, RiskAspect),
+) -> (u8, Judgement) {
+    let at = |encounter: &Encounter<'_>| encounter.thresholds().risk.aspect(encounter, of);
+    let risk = at(encounter);
+    if risk == score {
+        return (risk, Judgement::Right);
+    }
+    if claim.step.is_some() {
+        return (risk, Judgement::Wrong);
+    }
+    // The built-in judge tells the worst one of the recording.
+    let steps = subject.scene.steps();
+    let all = steps.filter_map(|step| Encounter::at(subject.scene, participant, step));
+    match all.map(|encounter| at(&encounter)).min() {
+        Some(worst) if worst == score => (worst, Judgement::Right),
+        _ if subject.window.is_none() => {
+            (risk, Judgement::Unknown("the described steps are unknown"))
+        }
+        _ => (risk, Judgement::Wrong),
+    }
+}
+
+/// An axis before a noun.
+pub fn axis_word(axis: Option<bool>) -> &'static str {
+    match axis {
+        None => "",
+        Some(true) => "longitudinal ",
+        Some(false) => "lateral ",
+    }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::number::{Number, Unit, axis, without_reference};
 use super::phrases::clauses;
-use super::place::has_word;
+use super::place::{denies, has_word};
 use super::{ClaimedValue, Predicate, Quantity};
 use nearmiss_scene::metrics::RiskAspect;
 
@@ -51,23 +51,23 @@ const DOUBTFUL: &[&str] = &[
     "vehicles",
     "others",
     "when",
+    "once",
+    "soon",
+    "next",
+    "after",
+    "at first",
+    "used to",
+    "suddenly",
+    "except",
+    "hardly",
+    "barely",
+    "rarely",
+    "only",
+    "stop",
+    "stops",
+    "stopped",
     "towards obstacle",
     "toward obstacle",
-];
-
-/// Words that deny what follows them.
-const DENIALS: &[&str] = &[
-    "not",
-    "no",
-    "never",
-    "isn't",
-    "isn’t",
-    "doesn't",
-    "doesn’t",
-    "without",
-    "nor",
-    "n't",
-    "cannot",
 ];
 
 /// So many words may stand between a denial and what it denies, and one more.
@@ -262,7 +262,7 @@ pub fn in_words(lower: &str, above: &str, numbers: &[Number]) -> Vec<Said> {
                 found.push(said(from + at, phrase, before, Predicate::Receding(axis)));
             }
         }
-        if let Some((span, closes)) = changes(clause) {
+        if let Some((span, closes, verb)) = changes(clause) {
             let is_new = { found.iter() }.all(|(other, ..): &Said| {
                 other.end <= from + span.start || from + span.end <= other.start
             });
@@ -276,7 +276,7 @@ pub fn in_words(lower: &str, above: &str, numbers: &[Number]) -> Vec<Said> {
                     found.push(said(
                         from + span.start,
                         &clause[span.clone()],
-                        &clause[..span.start],
+                        &clause[..verb],
                         predicate,
                     ));
                 }
@@ -302,8 +302,17 @@ pub fn in_words(lower: &str, above: &str, numbers: &[Number]) -> Vec<Said> {
                     || predicate.quantity() == Quantity::Way && !is_in(before, phrase)
                     || matches!(
                         noun,
-                        Some("vehicles" | "traffic" | "obstacles" | "rate" | "trend")
-                    );
+                        Some(
+                            "vehicles"
+                                | "traffic"
+                                | "obstacles"
+                                | "rate"
+                                | "trend"
+                                | "lane"
+                                | "lanes"
+                        )
+                    )
+                    || clause[span.end..].starts_with(':');
                 if !of_another {
                     found.push(said(from + at, phrase, before, *predicate));
                 }
@@ -312,6 +321,7 @@ pub fn in_words(lower: &str, above: &str, numbers: &[Number]) -> Vec<Said> {
         }
         if let Some((span, id)) = lanelet(clause)
             && !has_word(&clause[..span.start], "ego")
+            && is_in(&clause[..span.start], "lanelet")
         {
             let before = &clause[..span.start];
             let words = &clause[span.clone()];
@@ -331,10 +341,10 @@ pub fn in_words(lower: &str, above: &str, numbers: &[Number]) -> Vec<Said> {
 fn said(at: usize, phrase: &str, before: &str, predicate: Predicate) -> Said {
     // What is denied stands right behind the denial: "not currently moving away", and not "does not brake and is moving away".
     let near: Vec<&str> = before.split_whitespace().rev().take(NEAR).collect();
-    let is_denied = near
+    let near = near
         .iter()
-        .take_while(|word| !["and", "but"].contains(word))
-        .any(|word| DENIALS.contains(&word.trim_matches(['*', '`', '"', '('])));
+        .take_while(|word| !["and", "but"].contains(*word));
+    let is_denied = { near }.any(|word| denies(word.trim_matches(['*', '`', '"', '('])));
     let quantity = predicate.quantity();
     let value = ClaimedValue::Word {
         predicate,
@@ -351,9 +361,10 @@ fn phrases<'p>(clause: &str, list: &[(&'p str, bool)]) -> Vec<(usize, &'p str)> 
             continue;
         };
         let after = clause[at + phrase.len()..].trim_start_matches([' ', '*']);
-        let ends =
-            after.is_empty() || after.starts_with(['.', ')', ':', '"', '-', '–', '(', ',', ';']);
-        let is_meant = *is_whole || ends || TOWARDS_THE_EGO.iter().any(|word| starts(after, word));
+        let ends = after.is_empty() || after.starts_with(['.', ')', '"', '-', '–', '(', ',', ';']);
+        let is_field = after.starts_with(':');
+        let is_meant = !is_field
+            && (*is_whole || ends || TOWARDS_THE_EGO.iter().any(|word| starts(after, word)));
         // "From approaching", "rate of closing": no statement; "moving away" again in "moving away from".
         let before = clause[..at].trim_end();
         let is_stated = ![" of", " from", " for", "avoid", " rate"]
@@ -369,43 +380,36 @@ fn phrases<'p>(clause: &str, list: &[(&'p str, bool)]) -> Vec<(usize, &'p str)> 
     found
 }
 
-/// Whether the words before a lane say that it is in it: "in the ego's lane", not "into the ego's lane" or "different from".
+/// Whether the words before a lane say that it is in it: "in the ego's lane", not "into the ego's lane" or "leaves".
 fn is_in(before: &str, phrase: &str) -> bool {
     if !phrase.contains("lane") {
         return true;
     }
     let words = before.trim_end_matches(['*', ' ']);
-    let words = ["the", "a", "an", "its", "directly"]
+    let words = ["the", "a", "an", "its"]
         .iter()
         .find_map(|word| words.strip_suffix(word).filter(|rest| rest.ends_with(' ')))
         .unwrap_or(words)
         .trim_end();
-    let others = [
-        "into",
-        "from",
-        "near",
-        "toward",
-        "towards",
-        "to",
-        "than",
-        "entering",
-        "enters",
-        "crossing",
-        "as",
-        "of",
-        "onto",
-        "changed",
-        "change",
-        "behind",
-        "with",
-        "for",
-        "potentially",
+    let places = [
+        "in",
+        "on",
+        "within",
+        "along",
+        "shares",
+        "sharing",
+        "occupies",
+        "occupying",
+        "uses",
+        "using",
     ];
-    !others.iter().any(|word| {
-        words
-            .strip_suffix(word)
-            .is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
-    })
+    words.is_empty()
+        || words.ends_with(['(', ':', '-'])
+        || places.iter().any(|word| {
+            words
+                .strip_suffix(word)
+                .is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
+        })
 }
 
 /// The axes along which something is said to approach: those that the clause names, or that the words before a bracket do.
@@ -523,11 +527,26 @@ const UNSCORED: &[&str] = &[
     "worst",
     "lowest",
     "highest",
+    "never",
+    "had",
+    "will",
+    "excluded",
+    "requires",
+    "threshold",
+    "above",
+    "below",
+    "scene",
+    "scenario",
+    "or",
+    "hasn",
 ];
 
 /// The risk score that is said: "overall risk: extreme (1)", "distance safety score: 4", "TTC 0.9 s (high risk)".
 fn risk(lower: &str, above: &str, numbers: &[Number]) -> Option<Said> {
-    if UNSCORED.iter().any(|word| has_word(lower, word)) {
+    if UNSCORED.iter().any(|word| has_word(lower, word))
+        || lower.contains("n't")
+        || lower.contains("n’t")
+    {
         return None;
     }
     let label = lower.find("safety score").or_else(|| lower.find("risk"))?;
@@ -561,6 +580,20 @@ fn risk(lower: &str, above: &str, numbers: &[Number]) -> Option<Said> {
     });
     if let Some(number) = scored {
         let score = number.value as u8;
+        let after = lower[number.span.end..].trim_start_matches(MARKUP);
+        // A range, another scale, or a class that says something else.
+        let class = after
+            .strip_prefix('(')
+            .map(|rest| rest.trim_start_matches(MARKUP));
+        let class = class.and_then(|rest| CLASSES.iter().find(|(class, _)| starts(rest, class)));
+        let differs = class.is_some_and(|(_, other)| *other != score);
+        if differs
+            || ["to ", "out of", "/", "-", "–"]
+                .iter()
+                .any(|word| after.starts_with(word))
+        {
+            return None;
+        }
         return Some((
             number.span.clone(),
             Quantity::Risk,
@@ -682,7 +715,7 @@ fn written(lower: &str, numbers: &[Number]) -> Vec<Said> {
 }
 
 /// How a distance is said to change: "the longitudinal gap to car 7 is increasing".
-fn changes(clause: &str) -> Option<(Range<usize>, bool)> {
+fn changes(clause: &str) -> Option<(Range<usize>, bool, usize)> {
     const LENGTHS: [&str; 4] = ["distance", "gap", "separation", "clearance"];
     const VERBS: [(&str, bool); 12] = [
         ("increasing", false),
@@ -708,10 +741,24 @@ fn changes(clause: &str) -> Option<(Range<usize>, bool)> {
     let near = at > length.0 && at - length.0 < 60;
     // "Increasing distance" says it as well.
     let before = at < length.0 && length.0 - (at + verb.len()) < 14;
+    let own = clause[..length.0].trim_end();
+    let others = [
+        "stopping",
+        "braking",
+        "safe",
+        "travelled",
+        "traveled",
+        "following",
+        "safety",
+    ];
+    if others.iter().any(|word| own.ends_with(word)) || clause.contains("speed is") {
+        return None;
+    }
     (near || before).then(|| {
         (
             at.min(length.0)..(at + verb.len()).max(length.0 + length.1.len()),
             closes,
+            at,
         )
     })
 }

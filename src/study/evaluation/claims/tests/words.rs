@@ -253,6 +253,22 @@ fn calculations_and_places_are_checked() {
 }
 
 #[test]
+fn a_distance_is_understood_whole() {
+    let (scene, id, window) = where_holds(closes);
+    let who = scene.participants().find(|p| p.obstacle.id == id).unwrap();
+    let distance = Encounter::at(&scene, &who, window.1).unwrap().distance();
+    let text = format!(
+        "Obstacle {id} is {distance:.2} m away at step {}.",
+        window.1
+    );
+    assert_eq!(
+        outcome(&scene, window, &text).0,
+        Some(SentenceOutcome::Right),
+        "{text}"
+    );
+}
+
+#[test]
 fn units_with_powers_do_no_harm() {
     let (scene, id, window) = where_holds(closes);
     for text in [
@@ -309,4 +325,59 @@ fn both_axes_and_changes_are_read_in_their_order() {
         )),
         [format!("{a} gap longitudinal: 9.0 m to 7.5 m")]
     );
+}
+
+#[test]
+fn what_is_of_others_denied_supposed_or_asked_is_claimed_of_no_one() {
+    let (scene, id, window) = where_holds(closes);
+    for text in [
+        "Nobody is braking.",
+        "Everything else is moving away.",
+        "The truck is 70 m away.",
+        "The lead vehicle is braking.",
+        "The scene as a whole has a risk score of 1.",
+        "The speed limit is 36 m/s.",
+        "Our speed is 32.0 m/s.",
+        "The velocity of the ego is 32.0 m/s.",
+        "The ego brakes. Its speed is 32.0 m/s.",
+        "The distance to the kerb is 9.16 m.",
+        "The car in front of obstacle ID decelerates.",
+        "Obstacle ID isn't in front of the ego.",
+        "Obstacle ID isn’t stationary.",
+        "The longitudinal distance of obstacle ID is not 49.45 m.",
+        "The distance of obstacle ID is >= 30 m.",
+        "The speed of obstacle ID is 9.2 m/s lower.",
+        "Suppose obstacle ID is moving away.",
+        "I doubt that obstacle ID is moving away.",
+        "Is obstacle ID moving away?",
+        "Obstacle ID is in front of the ego: false",
+        "- is braking: no",
+        "Obstacle ID leaves the ego's lane.",
+        "Obstacle ID never has a risk score of 4.",
+        "Obstacle ID has a risk score of 3 or 4.",
+        "The TTC limit of obstacle ID is 2 s.",
+        "Obstacle ID used to be in front of the ego.",
+        "The distance to obstacle ID increased from 11.35 m to 9.16 m.",
+    ] {
+        let text = format!(
+            "## Obstacle {id}\n\n{}",
+            text.replace("ID", &id.to_string())
+        );
+        let found = outcome(&scene, window, &text);
+        assert_eq!(found.1, Vec::<String>::new(), "{text}");
+    }
+    let comma = outcome(
+        &scene,
+        window,
+        &format!("Obstacle {id} has a speed of 22,8 m/s."),
+    );
+    assert_eq!(comma.1, ["22.8 m/s"]);
+    for denied in [
+        "won't be approaching",
+        "is not approaching",
+        "isn’t approaching",
+    ] {
+        let found = outcome(&scene, window, &format!("Obstacle {id} {denied}."));
+        assert_ne!(found.0, Some(SentenceOutcome::Right), "{denied}: {found:?}");
+    }
 }
