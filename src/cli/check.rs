@@ -81,8 +81,12 @@ const LONGEST: u64 = 16 << 20;
 fn text(path: &Path) -> Result<String, Failure> {
     if path == Path::new("-") {
         let mut text = String::new();
-        let read = std::io::stdin().take(LONGEST).read_to_string(&mut text);
+        let read = std::io::stdin().take(LONGEST + 1).read_to_string(&mut text);
         return match read {
+            Ok(read) if read as u64 > LONGEST => Err(Failure::input(format!(
+                "standard input: longer than {} MiB; check parts of it",
+                LONGEST >> 20
+            ))),
             Ok(_) => Ok(text),
             Err(error) => Err(Failure::input(format!("standard input: {error}"))),
         };

@@ -206,10 +206,12 @@ impl Preventability {
     /// The same with the last moment of each driver that avoids the contact; a near miss has none: the ego avoids it.
     #[must_use]
     pub fn with_last_moments(mut self, field: &Field<'_>) -> Self {
+        if self.contact.is_none() {
+            return self;
+        }
         let avoids = |verdict: &&mut DriverVerdict| verdict.result == DriverResult::Avoided;
         for verdict in { self.verdicts.iter_mut() }.filter(avoids) {
-            let has_one = self.contact.is_some();
-            verdict.last_moment = has_one.then(|| field.last_moment(verdict.driver)).flatten();
+            verdict.last_moment = field.last_moment(verdict.driver);
         }
         // The ideal driver can do what any other does.
         let latest = self.verdicts.iter().filter_map(|v| v.last_moment).max();

@@ -54,27 +54,38 @@ pub fn car(id: i64, at: (f64, f64), heading: f64, v: f64, a: f64) -> Obstacle {
 
 /// The same with a state every `dt` seconds.
 fn car_every(dt: f64, id: i64, (x, y): (f64, f64), heading: f64, v: f64, a: f64) -> Obstacle {
-    let state = |step: i64| {
-        let t = step as f64 * dt;
+    moving_every(dt, 0, id, |t| {
         let way = v * t + a * t * t / 2.0;
+        let (sin, cos) = heading.sin_cos();
+        [x + way * cos, y + way * sin, heading, v + a * t, a]
+    })
+}
+
+/// A car of 4 m × 2 m for 10 s; `at` gives place, heading, velocity and acceleration after so many seconds.
+pub fn moving(id: i64, at: impl Fn(f64) -> [f64; 5]) -> Obstacle {
+    moving_every(0.1, 0, id, at)
+}
+
+/// The same with a state every `dt` seconds, from step `first` on.
+pub fn moving_every(dt: f64, first: i64, id: i64, at: impl Fn(f64) -> [f64; 5]) -> Obstacle {
+    let state = |step: i64| {
+        let [x, y, heading, velocity, acceleration] = at(step as f64 * dt);
         State {
-            position: Some(Position::Point(Point::new(
-                x + way * heading.cos(),
-                y + way * heading.sin(),
-            ))),
+            position: Some(Position::Point(Point::new(x, y))),
             orientation: Some(Quantity::Exact(heading)),
-            velocity: Some(Quantity::Exact(v + a * t)),
-            acceleration: Some(Quantity::Exact(a)),
+            velocity: Some(Quantity::Exact(velocity)),
+            acceleration: Some(Quantity::Exact(acceleration)),
             ..State::at(Steps::exact(step))
         }
     };
+    let last = (10.0 / dt) as i64;
     let parts = ObstacleParts {
         id,
         role: ObstacleRole::Dynamic,
         kind: ObstacleType::Car,
         footprint: Some(Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap()),
-        initial: Some(state(0)),
-        prediction: Prediction::Trajectory((1..=(10.0 / dt) as i64).map(state).collect()),
+        initial: Some(state(first)),
+        prediction: Prediction::Trajectory((first + 1..=last).map(state).collect()),
         signals: Vec::new(),
     };
     Obstacle::new(parts, dt)

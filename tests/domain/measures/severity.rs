@@ -7,7 +7,7 @@ use nearmiss::geometry::{Footprint, Shape};
 use nearmiss::metrics::{CriticalMoment, Grade, Hazard, Headline, Thresholds};
 use nearmiss::scenario::*;
 
-use super::definitions::{car, scene};
+use super::definitions::{car, moving, scene};
 
 fn moments(obstacles: Vec<Obstacle>) -> Vec<CriticalMoment> {
     Headline::compute(&scene(obstacles), Thresholds::shipped()).moments
@@ -184,30 +184,6 @@ fn the_story_of_each_bundled_scenario_is_its_moment() {
             "{name}: {found:?}"
         );
     }
-}
-
-/// A car of 4 m × 2 m for 10 s; `at` gives place, heading, velocity and acceleration after so many seconds.
-fn moving(id: i64, at: impl Fn(f64) -> [f64; 5]) -> Obstacle {
-    let state = |step: i64| {
-        let [x, y, heading, velocity, acceleration] = at(step as f64 * 0.1);
-        State {
-            position: Some(Position::Point(nearmiss::geometry::Point::new(x, y))),
-            orientation: Some(Quantity::Exact(heading)),
-            velocity: Some(Quantity::Exact(velocity)),
-            acceleration: Some(Quantity::Exact(acceleration)),
-            ..State::at(Steps::exact(step))
-        }
-    };
-    let parts = ObstacleParts {
-        id,
-        role: ObstacleRole::Dynamic,
-        kind: ObstacleType::Car,
-        footprint: Some(Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap()),
-        initial: Some(state(0)),
-        prediction: Prediction::Trajectory((1..=100).map(state).collect()),
-        signals: Vec::new(),
-    };
-    Obstacle::new(parts, 0.1)
 }
 
 /// The way after some seconds with a speed and an acceleration that end at another speed, then the speed and what changes it.

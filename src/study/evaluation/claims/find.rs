@@ -428,7 +428,7 @@ fn is_of_ego(lower: &str) -> bool {
 
 /// Whether a sentence without a name is about something else than what stands above it.
 fn has_own_subject(lower: &str) -> bool {
-    const OTHERS: [&str; 35] = [
+    const OTHERS: [&str; 32] = [
         "everything",
         "everyone",
         "everybody",
@@ -438,7 +438,6 @@ fn has_own_subject(lower: &str) -> bool {
         "scene",
         "scenario",
         "others",
-        "other",
         "traffic",
         "leader",
         "lead",
@@ -450,8 +449,6 @@ fn has_own_subject(lower: &str) -> bool {
         "host",
         "av",
         "limit",
-        "safe",
-        "stopping",
         "truck",
         "bus",
         "cyclist",
@@ -465,7 +462,11 @@ fn has_own_subject(lower: &str) -> bool {
         "intersection",
         "driver",
     ];
-    const PHRASES: [&str; 5] = [
+    const PHRASES: [&str; 9] = [
+        "safe distance is",
+        "stopping distance",
+        "other obstacles",
+        "other vehicles",
         "vehicle ahead",
         "car ahead",
         "car cutting",

@@ -381,32 +381,15 @@ pub fn not_understood(
 ) -> Vec<Range<usize>> {
     let all = &subject.scene.scenario.obstacles;
     let ids: BTreeSet<String> = all.iter().map(|o| o.id.to_string()).collect();
-    let mut found = Vec::new();
-    let (mut at, mut is_code) = (0, false);
-    for line in text.split_inclusive('\n') {
-        let start = at;
-        at += line.len();
-        if line.trim_start().starts_with("```") {
-            is_code = !is_code;
-        }
-        if is_code
-            || line
-                .trim_start()
-                .starts_with(['{', '}', '"', '[', ']', '`'])
-        {
-            continue;
-        }
-        for (from, sentence) in find::sentences(line) {
-            let span = start + from..start + from + sentence.trim_end().len();
-            let has_claim = claims
-                .iter()
-                .any(|c| c.claim.span.start < span.end && span.start < c.claim.span.end);
-            if !has_claim && names_quantity(sentence, &ids) {
-                found.push(span);
-            }
-        }
-    }
-    found
+    let open = |span: &Range<usize>| {
+        let has_claim = claims
+            .iter()
+            .any(|c| c.claim.span.start < span.end && span.start < c.claim.span.end);
+        !has_claim && names_quantity(&text[span.clone()], &ids)
+    };
+    let parts = sentences::parts(text).into_iter();
+    let told = parts.filter(|part| !part.is_data);
+    told.map(|part| part.span).filter(open).collect()
 }
 
 /// Whether a sentence has the id of an obstacle, and a number with a unit.

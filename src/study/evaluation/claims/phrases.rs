@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::number::without_reference;
-use super::place::{denies, has_word};
+use super::place::{has_word, is_contracted};
 use super::{ClaimedValue, Quantity};
 
 /// A velocity of 0, as phrases state it.
@@ -54,9 +54,7 @@ const DOUBTFUL: &[&str] = &[
 pub fn find_standstill(lower: &str) -> Vec<(Range<usize>, Quantity)> {
     let mut found = Vec::new();
     for (from, clause) in clauses(lower) {
-        if denies(clause) && !clause.contains("no ")
-            || DOUBTFUL.iter().any(|word| has_word(clause, word))
-        {
+        if is_contracted(clause) || DOUBTFUL.iter().any(|word| has_word(clause, word)) {
             continue;
         }
         let phrase = STILL.iter().find_map(|word| {

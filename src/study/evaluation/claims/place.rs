@@ -270,7 +270,12 @@ pub fn denies(text: &str) -> bool {
         "not", "no", "never", "nor", "neither", "without", "cannot", "nowhere", "hardly", "barely",
         "rarely", "lacks",
     ];
-    DENIALS.iter().any(|word| has_word(text, word)) || text.contains("n't") || text.contains("n’t")
+    DENIALS.iter().any(|word| has_word(text, word)) || is_contracted(text)
+}
+
+/// Whether a text has a contraction that denies: "isn't".
+pub fn is_contracted(text: &str) -> bool {
+    text.contains("n't") || text.contains("n’t")
 }
 
 /// Words with which a sentence supposes, asks, quotes, or denies as a whole.
@@ -321,11 +326,15 @@ pub fn is_unsaid(lower: &str) -> bool {
 
 /// Whether a word occurs, not as a part of another.
 pub fn has_word(lower: &str, word: &str) -> bool {
-    lower.match_indices(word).any(|(at, _)| {
-        let before = lower[..at].chars().next_back();
-        let after = lower[at + word.len()..].chars().next();
+    find_word(lower, word).is_some()
+}
+
+/// Where words stand in a text, not as a part of others.
+pub fn find_word(lower: &str, word: &str) -> Option<usize> {
+    lower.match_indices(word).map(|(at, _)| at).find(|at| {
         let part = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
-        !part(before) && !part(after)
+        let end = at + word.len();
+        !part(lower[..*at].chars().next_back()) && !part(lower[end..].chars().next())
     })
 }
 

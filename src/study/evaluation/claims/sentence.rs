@@ -124,6 +124,17 @@ const OTHER_LENGTHS: &[&str] = &[
     "total",
 ];
 
+/// Where something is, behind a length: three places along the ego's heading, and those across it.
+const PLACES: [&str; 7] = [
+    "ahead",
+    "behind",
+    "in front",
+    "to the side",
+    "to the left",
+    "to the right",
+    "sideways",
+];
+
 impl Sentence<'_> {
     /// Its claims, in order.
     pub fn claims(&self) -> Vec<Claim> {
@@ -423,33 +434,13 @@ impl Sentence<'_> {
                     return Some((LeastDistance, true));
                 }
                 // "4 m ahead", "5 m to the side".
-                let along = [
-                    "ahead",
-                    "behind",
-                    "in front",
-                    "to the side",
-                    "to the left",
-                    "to the right",
-                    "sideways",
-                ]
-                .iter()
-                .position(|word| after.starts_with(word));
-                let ends = [
-                    "ahead",
-                    "behind",
-                    "in front",
-                    "to the side",
-                    "to the left",
-                    "to the right",
-                    "sideways",
-                ]
-                .iter()
-                .find_map(|word| after.strip_prefix(word))
-                .is_some_and(|rest| {
-                    rest.trim_start().is_empty()
-                        || rest.trim_start().starts_with([',', '.', ')', ';'])
+                let along = PLACES.iter().position(|word| {
+                    after.strip_prefix(word).is_some_and(|rest| {
+                        let rest = rest.trim_start();
+                        rest.is_empty() || rest.starts_with([',', '.', ')', ';'])
+                    })
                 });
-                if let Some(place) = along.filter(|_| ends) {
+                if let Some(place) = along {
                     return Some((if place < 3 { GapLong } else { GapLat }, true));
                 }
                 if OTHER_LENGTHS.iter().any(|word| has_word(near, word))

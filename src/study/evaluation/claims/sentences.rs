@@ -52,8 +52,8 @@ pub struct CheckedSentence {
     pub claims: Vec<CheckedClaim>,
 }
 
-/// Beginnings of words that state something of a scene.
-const STATING: &[&str] = &[
+/// Beginnings of words that state how something moves, in which lane it is, or that it touches.
+const MOVING: &[&str] = &[
     "approach",
     "closing",
     "converging",
@@ -82,6 +82,10 @@ const STATING: &[&str] = &[
     "closer",
     "farther",
     "further",
+];
+
+/// The same of places and numbers; a clause with a claim has them around it.
+const PLACED: &[&str] = &[
     "distance",
     "gap",
     "clearance",
@@ -108,51 +112,68 @@ pub fn sentences(text: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
     let mut claims = checked(text, subject);
     claims.sort_by_key(|checked| checked.claim.span.start);
     let mut found = Vec::new();
+    for Part { span, is_data } in parts(text) {
+        let Range { start: begin, end } = span.clone();
+        let own: Vec<CheckedClaim> = { claims.iter() }
+            .filter(|c| (begin..end).contains(&c.claim.span.start))
+            .cloned()
+            .collect();
+        let lower = text[begin..end].to_lowercase();
+        let same_places = lower.len() == end - begin;
+        let is_label = lower.trim_end_matches(['*', ' ']).ends_with(':') || lower.starts_with('#');
+        if own.is_empty() && (is_data || is_label || !states(&lower)) {
+            continue;
+        }
+        let rest = !same_places || is_left_over(&lower, begin, &own);
+        let has = |is: fn(&Judgement) -> bool| own.iter().any(|c| is(&c.judgement));
+        let outcome = if has(|j| *j == Judgement::Wrong) {
+            SentenceOutcome::Wrong
+        } else if has(|j| matches!(j, Judgement::Unknown(_))) {
+            SentenceOutcome::Open
+        } else if own.is_empty() || rest {
+            SentenceOutcome::NotUnderstood
+        } else {
+            SentenceOutcome::Right
+        };
+        found.push(CheckedSentence {
+            span,
+            outcome,
+            claims: own,
+        });
+    }
+    found
+}
+
+/// A sentence, list item or table row, and whether it is data: code or JSON.
+pub struct Part {
+    pub span: Range<usize>,
+    pub is_data: bool,
+}
+
+/// The parts of a text, without the space around them; fences of code are none.
+pub fn parts(text: &str) -> Vec<Part> {
+    let mut found = Vec::new();
     let (mut at, mut is_code) = (0, false);
     for line in text.split_inclusive('\n') {
         let start = at;
         at += line.len();
-        if line.trim_start().starts_with("```") {
+        let bare = line.trim_start();
+        if bare.starts_with("```") {
             is_code = !is_code;
             continue;
         }
-        let parts = if line.trim_start().starts_with('|') {
+        let parts = if bare.starts_with('|') {
             vec![(0, line)]
         } else {
             find::sentences(line)
         };
-        for (from, part) in parts {
-            let end = start + from + part.trim_end().len();
+        found.extend(parts.into_iter().map(|(from, part)| {
             let begin = start + from + (part.len() - part.trim_start().len());
-            let own: Vec<CheckedClaim> = { claims.iter() }
-                .filter(|c| (begin..end).contains(&c.claim.span.start))
-                .cloned()
-                .collect();
-            let is_data = is_code || part.trim_start().starts_with(['{', '}', '"', '[', ']']);
-            let lower = text[begin..end].to_lowercase();
-            let same_places = lower.len() == end - begin;
-            let is_label =
-                lower.trim_end_matches(['*', ' ']).ends_with(':') || lower.starts_with('#');
-            if own.is_empty() && (is_data || is_label || !states(&lower)) {
-                continue;
+            Part {
+                span: begin..start + from + part.trim_end().len(),
+                is_data: is_code || part.trim_start().starts_with(['{', '}', '"', '[', ']']),
             }
-            let rest = !same_places || is_left_over(&lower, begin, &own);
-            let has = |is: fn(&Judgement) -> bool| own.iter().any(|c| is(&c.judgement));
-            let outcome = if has(|j| *j == Judgement::Wrong) {
-                SentenceOutcome::Wrong
-            } else if has(|j| matches!(j, Judgement::Unknown(_))) {
-                SentenceOutcome::Open
-            } else if own.is_empty() || rest {
-                SentenceOutcome::NotUnderstood
-            } else {
-                SentenceOutcome::Right
-            };
-            found.push(CheckedSentence {
-                span: begin..end,
-                outcome,
-                claims: own,
-            });
-        }
+        }));
     }
     found
 }
@@ -162,7 +183,7 @@ fn states(lower: &str) -> bool {
     let has_unit = numbers(lower)
         .iter()
         .any(|number| number.unit != Unit::None);
-    has_unit || { words(lower) }.any(|(_, word)| STATING.iter().any(|stem| word.starts_with(stem)))
+    has_unit || { words(lower) }.any(|(_, word)| begins(word, MOVING) || begins(word, PLACED))
 }
 
 /// Whether something that a sentence states is in none of its claims.
@@ -203,12 +224,7 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
         let has_claim = covers(&span);
         { words(clause) }.any(|(at, word)| {
             let own = from + at..from + at + word.len();
-            let stems = if has_claim {
-                &STATING[..MOVING]
-            } else {
-                STATING
-            };
-            stems.iter().any(|stem| word.starts_with(stem))
+            (begins(word, MOVING) || !has_claim && begins(word, PLACED))
                 && !covers(&own)
                 && !is_of_number(clause, at, word)
         }) && !is_comment(clause, has_claim)
@@ -235,8 +251,9 @@ fn is_of_number(clause: &str, at: usize, word: &str) -> bool {
             .any(|noun| after.starts_with(noun))
 }
 
-/// Of [`STATING`], those that a clause with a claim may state beside it.
-const MOVING: usize = 28;
+fn begins(word: &str, stems: &[&str]) -> bool {
+    stems.iter().any(|stem| word.starts_with(stem))
+}
 
 /// Whether a clause without a claim says what another means: "indicating a low risk".
 fn is_comment(clause: &str, has_claim: bool) -> bool {

@@ -271,7 +271,7 @@ fn lane(predicate: Predicate, scene: &Scene, encounter: &Encounter<'_>) -> Known
 }
 
 /// The risk score of an obstacle that a claim is about, and whether the claim holds: at its step, or where none is named at the
-/// present or at the worst step of the recording; where the present is not known that cannot be told.
+/// present or at the worst step of the window; of a window that is not known that cannot be told.
 pub fn risk(
     claim: &Claim,
     subject: &Subject<'_>,
@@ -287,14 +287,13 @@ pub fn risk(
     if claim.step.is_some() {
         return (risk, Judgement::Wrong);
     }
-    // The built-in judge tells the worst one of the recording.
-    let steps = subject.scene.steps();
-    let all = steps.filter_map(|step| Encounter::at(subject.scene, participant, step));
+    let Some((first, last)) = subject.window else {
+        return (risk, Judgement::Unknown("the described steps are unknown"));
+    };
+    // Of what was described, and nothing of the future.
+    let all = (first..=last).filter_map(|step| Encounter::at(subject.scene, participant, step));
     match all.map(|encounter| at(&encounter)).min() {
         Some(worst) if worst == score => (worst, Judgement::Right),
-        _ if subject.window.is_none() => {
-            (risk, Judgement::Unknown("the described steps are unknown"))
-        }
         _ => (risk, Judgement::Wrong),
     }
 }

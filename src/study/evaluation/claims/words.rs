@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::number::{Number, Unit, axis, without_reference};
 use super::phrases::clauses;
-use super::place::{denies, has_word};
+use super::place::{denies, find_word, has_word, is_contracted};
 use super::{ClaimedValue, Predicate, Quantity};
 use nearmiss_scene::metrics::RiskAspect;
 
@@ -285,7 +285,7 @@ pub fn in_words(lower: &str, above: &str, numbers: &[Number]) -> Vec<Said> {
         for (list, only_own) in [(SPEEDS, true), (WAYS, false)] {
             let mut taken: Option<Range<usize>> = None;
             for (phrase, predicate) in list {
-                let Some(at) = whole(clause, phrase) else {
+                let Some(at) = find_word(clause, phrase) else {
                     continue;
                 };
                 let span = at..at + phrase.len();
@@ -357,7 +357,7 @@ fn said(at: usize, phrase: &str, before: &str, predicate: Predicate) -> Said {
 fn phrases<'p>(clause: &str, list: &[(&'p str, bool)]) -> Vec<(usize, &'p str)> {
     let mut found: Vec<(usize, &str)> = Vec::new();
     for (phrase, is_whole) in list {
-        let Some(at) = whole(clause, phrase) else {
+        let Some(at) = find_word(clause, phrase) else {
             continue;
         };
         let after = clause[at + phrase.len()..].trim_start_matches([' ', '*']);
@@ -477,7 +477,7 @@ fn contacts(clause: &str, from: usize, found: &mut Vec<Said>) {
     }
     let apart = APART
         .iter()
-        .find_map(|phrase| Some((whole(clause, phrase)?, *phrase)));
+        .find_map(|phrase| Some((find_word(clause, phrase)?, *phrase)));
     if let Some((at, phrase)) = apart {
         let value = ClaimedValue::Word {
             predicate: Predicate::Touches,
@@ -492,7 +492,7 @@ fn contacts(clause: &str, from: usize, found: &mut Vec<Said>) {
     }
     let ahead = AHEAD
         .iter()
-        .find_map(|phrase| Some((whole(clause, phrase)?, *phrase)));
+        .find_map(|phrase| Some((find_word(clause, phrase)?, *phrase)));
     if let Some((at, phrase)) = ahead {
         found.push(said(from + at, phrase, &clause[..at], Predicate::WillTouch));
     }
@@ -538,15 +538,11 @@ const UNSCORED: &[&str] = &[
     "scene",
     "scenario",
     "or",
-    "hasn",
 ];
 
 /// The risk score that is said: "overall risk: extreme (1)", "distance safety score: 4", "TTC 0.9 s (high risk)".
 fn risk(lower: &str, above: &str, numbers: &[Number]) -> Option<Said> {
-    if UNSCORED.iter().any(|word| has_word(lower, word))
-        || lower.contains("n't")
-        || lower.contains("n’t")
-    {
+    if UNSCORED.iter().any(|word| has_word(lower, word)) || is_contracted(lower) {
         return None;
     }
     let label = lower.find("safety score").or_else(|| lower.find("risk"))?;
@@ -733,11 +729,11 @@ fn changes(clause: &str) -> Option<(Range<usize>, bool, usize)> {
     ];
     let length = LENGTHS
         .iter()
-        .filter_map(|word| Some((whole(clause, word)?, word)))
+        .filter_map(|word| Some((find_word(clause, word)?, word)))
         .min()?;
     let (at, closes, verb) = VERBS
         .iter()
-        .find_map(|(verb, closes)| Some((whole(clause, verb)?, *closes, verb)))?;
+        .find_map(|(verb, closes)| Some((find_word(clause, verb)?, *closes, verb)))?;
     let near = at > length.0 && at - length.0 < 60;
     // "Increasing distance" says it as well.
     let before = at < length.0 && length.0 - (at + verb.len()) < 14;
@@ -765,7 +761,7 @@ fn changes(clause: &str) -> Option<(Range<usize>, bool, usize)> {
 
 /// The lanelet that a clause puts its obstacle on: "in lanelet 120", "lanelet id: 120.0".
 fn lanelet(clause: &str) -> Option<(Range<usize>, i64)> {
-    let at = whole(clause, "lanelet")?;
+    let at = find_word(clause, "lanelet")?;
     let rest = &clause[at + "lanelet".len()..];
     let tail = rest.trim_start_matches([' ', ':', '*', '#']);
     let tail = tail
@@ -783,15 +779,6 @@ fn lanelet(clause: &str) -> Option<(Range<usize>, i64)> {
         return None;
     }
     Some((at..clause.len() - after.len(), id))
-}
-
-/// Where a phrase stands in a text, not as a part of other words.
-fn whole(text: &str, phrase: &str) -> Option<usize> {
-    text.match_indices(phrase).map(|(at, _)| at).find(|at| {
-        let part = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
-        let end = at + phrase.len();
-        !part(text[..*at].chars().next_back()) && !part(text[end..].chars().next())
-    })
 }
 
 fn starts(text: &str, word: &str) -> bool {
