@@ -69,7 +69,7 @@ pub fn run(arguments: &Check) -> Outcome {
     let found = sentences(&text, &subject);
     if arguments.format.is_json() {
         return { found.iter() }
-            .map(|sentence| SentenceRecord::new(&text, sentence))
+            .map(|sentence| SentenceRecord::new(&text, sentence, scene.ego.id))
             .try_for_each(|record| output::json(&record));
     }
     output::text(&words(&text, &found, &scene))

@@ -367,7 +367,7 @@ pub fn check<'py>(
             window: steps,
         };
         let found = sentences(&text, &subject);
-        let record = |one| SentenceRecord::new(&text, one);
+        let record = |one| SentenceRecord::new(&text, one, scene.ego.id);
         found.iter().map(record).collect::<Vec<_>>()
     })?;
     json(py, &found)

@@ -79,10 +79,18 @@ impl Label {
 }
 
 /// Whether a claim is of a kind that was labelled: numbers, directions, and contact at a step.
-fn is_of_labelled_kind(found: &CheckedClaim) -> bool {
+fn is_of_labelled_kind(found: &CheckedClaim, ego: i64) -> bool {
     use ClaimedValue::{Contact, Number, Side};
-    let is_least = found.claim.quantity == Quantity::LeastDistance;
-    matches!(found.claim.stated, Number { .. } | Side(_) | Contact) && !is_least
+    let was_not = [
+        Quantity::LeastDistance,
+        Quantity::MinDistance,
+        Quantity::Heading,
+        Quantity::ClosingSpeed,
+        Quantity::Headway,
+    ];
+    matches!(found.claim.stated, Number { .. } | Side(_) | Contact)
+        && !was_not.contains(&found.claim.quantity)
+        && found.claim.obstacle != ego
 }
 
 /// How many answers were labelled first; the others were added later.
@@ -174,7 +182,7 @@ fn labelled_claims_are_found_and_decided_as_people_do() {
             window: run.question.window,
         };
         let mut found = checked(&run.answer, &subject);
-        found.retain(is_of_labelled_kind);
+        found.retain(|one| is_of_labelled_kind(one, subject.scene.ego.id));
         let tally = if answer < FIRST {
             &mut first
         } else {
@@ -214,7 +222,14 @@ fn labelled_claims_are_found_and_decided_as_people_do() {
             }
         }
         // What nobody labelled is a mistake of the finder where it is called right or wrong.
-        for (one, _) in found.iter().zip(&taken).filter(|(_, taken)| !**taken) {
+        // One that says again what was labelled is none.
+        let again = |one: &CheckedClaim| {
+            let line = line_of(&run.answer, one.claim.span.start);
+            let mut own = labels.iter().filter(|label| label.answer == answer);
+            own.any(|label| label.line == line && label.is(one))
+        };
+        let others = found.iter().zip(&taken).filter(|(_, taken)| !**taken);
+        for (one, _) in others.filter(|(one, _)| !again(one)) {
             let line = line_of(&run.answer, one.claim.span.start);
             println!(
                 "not labelled: answer {answer}, line {line}: {:?} {}",

@@ -2,12 +2,12 @@
 //!
 //! Calling a true sentence wrong is worse than leaving a wrong one undecided.
 
-use nearmiss_base::geometry::Point;
+use nearmiss_base::geometry::{Point, angle_between};
 use nearmiss_scene::metrics::{Contact, Encounter, Relation, RiskAspect, measure, paper};
-use nearmiss_scene::scenario::Participant;
+use nearmiss_scene::scenario::{Motion, Participant};
 
-use super::worded::{Known, axis_word, risk, state};
-use super::{Claim, ClaimedValue, Predicate, Quantity, Side, Subject};
+use super::worded::{Known, axis_word, own_motion, risk, state};
+use super::{Claim, ClaimedValue, Counted, Predicate, Quantity, Side, Subject};
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
@@ -80,6 +80,16 @@ impl CheckedClaim {
                     self.claim.quantity.unit()
                 )
             }
+            ClaimedValue::Bounds { from, to, decimals } => {
+                let decimals = usize::from(decimals);
+                let unit = self.claim.quantity.unit();
+                match (from, to) {
+                    (Some(from), Some(to)) => format!("{from:.decimals$} to {to:.decimals$} {unit}"),
+                    (Some(from), None) => format!("over {from:.decimals$} {unit}"),
+                    (None, Some(to)) => format!("under {to:.decimals$} {unit}"),
+                    (None, None) => "any".into(),
+                }
+            }
             ClaimedValue::Side(side) => side.to_string(),
             ClaimedValue::Contact => "contact".into(),
             ClaimedValue::Word {
@@ -101,6 +111,7 @@ impl CheckedClaim {
                 let unit = self.claim.quantity.unit();
                 format!("{from:.decimals$} to {to:.decimals$} {unit}")
             }
+            ClaimedValue::Count { number, of } => format!("{number} {of}"),
             ClaimedValue::Place(x, y, decimals) => {
                 let decimals = usize::from(decimals);
                 format!("({x:.decimals$}, {y:.decimals$})")
@@ -189,11 +200,23 @@ impl CheckedClaim {
 #[must_use]
 pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     let step = claim.step.unwrap_or_else(|| subject.present());
+    if claim.is_past && claim.step.is_none() {
+        return remembered(&claim, subject, step);
+    }
     let mut checked = at(&claim, subject, step);
     if checked.judgement == Judgement::Wrong
         && let Some(why) = excuse(&claim, subject, step)
     {
         checked.judgement = Judgement::Unknown(why);
+    }
+    // Who begins to brake does so about then.
+    let is_motion = matches!(claim.stated, ClaimedValue::Word { .. }) && claim.quantity == Quantity::Motion;
+    if checked.judgement == Judgement::Wrong
+        && is_motion
+        && let Some(step) = claim.step
+        && (-2..=2).any(|more| at(&claim, subject, step + more).judgement == Judgement::Right)
+    {
+        checked.judgement = Judgement::Unknown("true a moment before or after");
     }
     // A score is of the window's end; a contact that is denied or to come is not true of earlier steps alone.
     let is_of_all = matches!(
@@ -207,7 +230,13 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     );
     if checked.judgement == Judgement::Wrong && claim.step.is_none() && !is_of_all {
         let window = subject.steps();
-        let earlier = window.steps().filter(|s| *s != step);
+        // What moves now did not do so long ago.
+        let is_place = claim.quantity == Quantity::Side;
+        // A number to a digit behind the point may be one of an earlier step that was looked up; a round one speaks of now.
+        let is_exact = matches!(claim.stated, ClaimedValue::Number { decimals: 1.., rough: false, .. });
+        let is_now = is_motion || is_place || !is_exact && !matches!(claim.stated, ClaimedValue::Place(..) | ClaimedValue::Word { .. });
+        let least = if is_now { step - 3 } else { i64::MIN };
+        let earlier = window.steps().filter(|s| *s != step && *s >= least);
         if subject.window.is_none() {
             checked.judgement = Judgement::Unknown("the described steps are unknown");
         } else if earlier
@@ -216,6 +245,26 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
         {
             checked.judgement = Judgement::Unknown("true at an earlier step");
         }
+    }
+    checked
+}
+
+/// What is said of a time before: it is right where it held at any step of the window.
+fn remembered(claim: &Claim, subject: &Subject<'_>, present: i64) -> CheckedClaim {
+    let all = subject.steps().steps().map(|step| at(claim, subject, step));
+    let mut last = None;
+    let mut is_open = subject.window.is_none();
+    for checked in all {
+        match checked.judgement {
+            Judgement::Right => return checked,
+            Judgement::Unknown(_) => is_open = true,
+            Judgement::Wrong => {}
+        }
+        last = Some(checked);
+    }
+    let mut checked = last.unwrap_or_else(|| at(claim, subject, present));
+    if is_open && checked.judgement == Judgement::Wrong {
+        checked.judgement = Judgement::Unknown("it may speak of steps that were not described");
     }
     checked
 }
@@ -236,6 +285,14 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
         judgement: Judgement::Unknown("ego or obstacle absent at that step"),
         claim: claim.clone(),
     };
+    if let ClaimedValue::Change { from, to, decimals } = claim.stated {
+        changed(&mut checked, subject, (from, to, decimals));
+        return checked;
+    }
+    if claim.obstacle == scene.ego.id {
+        of_ego(&mut checked, subject);
+        return checked;
+    }
     let (Some(participant), Some(encounter)) = (participant, encounter) else {
         return checked;
     };
@@ -249,12 +306,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             magnitude,
         } => {
             let sizes = magnitude && value >= 0.0;
-            let fits = |truth: f64| {
-                let told = if sizes { truth.abs() } else { truth };
-                let share = if rough { 0.1 } else { 0.02 };
-                let digit = 0.5 * 10_f64.powi(-i32::from(decimals));
-                (told - value).abs() <= digit.max(0.05).max(share * truth.abs()) + 1e-9
-            };
+            let fits = |truth: f64| fits(truth, value, (decimals, rough, sizes));
             if value.is_infinite() {
                 let none = |values: &[f64]| !values.iter().any(|t| t.is_finite());
                 let of_bodies = exact(claim.quantity, &encounter);
@@ -271,11 +323,12 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                         checked.basis = ClaimBasis::Paper;
                         Judgement::Right
                     }
+                    (false, true) if rough => Judgement::Unknown("it may only not have been computed"),
                     (false, true) => Judgement::Wrong,
                 };
                 return checked;
             }
-            let exact = exact(claim.quantity, &encounter);
+            let exact = exact_in(claim.quantity, subject, &participant, &encounter);
             let shown = exact
                 .iter()
                 .copied()
@@ -300,6 +353,30 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                     checked.judgement = Judgement::Right;
                 }
             }
+        }
+        ClaimedValue::Bounds { from, to, decimals } => {
+            let mut all: Vec<(ClaimBasis, f64)> = { exact_in(claim.quantity, subject, &participant, &encounter).into_iter() }
+                .map(|truth| (ClaimBasis::Exact, truth))
+                .collect();
+            all.extend(others(claim.quantity, &encounter, written));
+            checked.truth = all.first().map(|one| one.1);
+            checked.is = checked.truth.map_or("none: never reached".into(), |truth| {
+                worded(claim.quantity, truth, decimals, true)
+            });
+            let judged = |truth: f64| bounded(truth.abs(), from, to, decimals);
+            checked.judgement = match all.iter().find(|(_, truth)| judged(*truth) == Judgement::Right) {
+                Some((basis, truth)) => {
+                    checked.basis = *basis;
+                    checked.truth = Some(*truth);
+                    Judgement::Right
+                }
+                // What is never reached takes longer than any time.
+                None if all.is_empty() && to.is_none() => Judgement::Right,
+                None if all.iter().any(|(_, truth)| judged(*truth) != Judgement::Wrong) => {
+                    Judgement::Unknown("at the bound within rounding")
+                }
+                None => Judgement::Wrong,
+            };
         }
         ClaimedValue::Side(side) => {
             let relation = encounter.relation();
@@ -356,34 +433,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             checked.is = risk.to_string();
             checked.judgement = judgement;
         }
-        ClaimedValue::Change { from, to, decimals } => {
-            // It had the first value at a step of the window, and the second one at a later one.
-            let number = |value: f64| Claim {
-                stated: ClaimedValue::Number {
-                    value,
-                    decimals,
-                    rough: false,
-                    magnitude: value >= 0.0,
-                },
-                ..claim.clone()
-            };
-            let steps = subject
-                .window
-                .map_or(step..=step, |(first, _)| first..=step);
-            let holds = |value: f64| {
-                let holds = move |at: i64| {
-                    self::at(&number(value), subject, at).judgement == Judgement::Right
-                };
-                steps.clone().filter(|at| holds(*at)).collect::<Vec<i64>>()
-            };
-            let (before, after) = (holds(from), holds(to));
-            checked.is = worded_at(claim.quantity, &encounter, decimals);
-            checked.judgement = match (before.first(), after.last()) {
-                (Some(first), Some(last)) if first < last => Judgement::Right,
-                (None, None) if subject.window.is_some() => Judgement::Wrong,
-                _ => Judgement::Unknown("it may speak of steps that were not described"),
-            };
-        }
+        ClaimedValue::Change { .. } | ClaimedValue::Count { .. } => {}
         ClaimedValue::Place(x, y, decimals) => {
             let place = encounter.other.pose.position;
             let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05) + 1e-9;
@@ -428,6 +478,174 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
     checked
 }
 
+/// A change from one value to another: the value had the first at a step of the window, and the second at a later one.
+fn changed(checked: &mut CheckedClaim, subject: &Subject<'_>, (from, to, decimals): (f64, f64, u8)) {
+    let step = checked.step;
+    let number = |value: f64| Claim {
+        stated: ClaimedValue::Number {
+            value,
+            decimals,
+            rough: false,
+            magnitude: value >= 0.0,
+        },
+        ..checked.claim.clone()
+    };
+    let steps = subject.window.map_or(step..=step, |(first, _)| first..=step);
+    let holds = |value: f64| {
+        let claim = number(value);
+        let held = steps.clone().filter(|step| at(&claim, subject, *step).judgement == Judgement::Right);
+        held.collect::<Vec<i64>>()
+    };
+    let (before, after) = (holds(from), holds(to));
+    let now = at(&number(to), subject, step);
+    checked.is = now.is;
+    checked.truth = now.truth;
+    checked.judgement = match (before.first(), after.last()) {
+        (Some(first), Some(last)) if first < last => Judgement::Right,
+        (Some(_), Some(_)) => Judgement::Unknown("it may speak of steps that were not described"),
+        _ if subject.window.is_some() => Judgement::Wrong,
+        _ => Judgement::Unknown("the described steps are unknown"),
+    };
+}
+
+/// What is said of the ego itself.
+fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
+    let (step, scene) = (checked.step, subject.scene);
+    let Some(ego) = scene.ego.track.at(step) else {
+        return;
+    };
+    let quantity = checked.claim.quantity;
+    match checked.claim.stated {
+        ClaimedValue::Number { .. } | ClaimedValue::Bounds { .. } => {
+            let truth = match quantity {
+                Quantity::Speed => ego.velocity.abs(),
+                Quantity::Acceleration => ego.acceleration,
+                Quantity::Heading => ego.pose.heading.to_degrees(),
+                _ => return,
+            };
+            checked.truth = Some(truth);
+            let (holds, decimals, sizes) = match checked.claim.stated {
+                ClaimedValue::Number {
+                    value,
+                    decimals,
+                    rough,
+                    magnitude,
+                } => {
+                    let sizes = magnitude && value >= 0.0;
+                    (fits(truth, value, (decimals, rough, sizes)), decimals, sizes)
+                }
+                ClaimedValue::Bounds { from, to, decimals } => {
+                    (bounded(truth.abs(), from, to, decimals) == Judgement::Right, decimals, true)
+                }
+                _ => return,
+            };
+            checked.is = worded(quantity, truth, decimals, sizes);
+            checked.judgement = if holds { Judgement::Right } else { Judgement::Wrong };
+        }
+        ClaimedValue::Count { number, of } => {
+            let (least, most) = counted(of, subject, step);
+            let number = usize::from(number);
+            checked.truth = (least == most).then_some(least as f64);
+            checked.is = if least == most {
+                least.to_string()
+            } else {
+                format!("{least} to {most}")
+            };
+            checked.judgement = match (least, most) {
+                _ if !(least..=most).contains(&number) => Judgement::Wrong,
+                _ if least == most => Judgement::Right,
+                _ => Judgement::Unknown("of some it cannot be told"),
+            };
+        }
+        ClaimedValue::Place(x, y, decimals) => {
+            let place = ego.pose.position;
+            let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05) + 1e-9;
+            checked.is = format!("({:.2}, {:.2})", place.x, place.y);
+            checked.judgement = if (place.x - x).abs() <= digit && (place.y - y).abs() <= digit {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+        }
+        ClaimedValue::Word {
+            predicate,
+            is_denied,
+        } => {
+            let before = scene.ego.track.at(step - 1);
+            let history = |back: i64| scene.ego.track.at(step - back);
+            let Some(Known { holds, is }) = own_motion(predicate, scene, (ego, before), &history) else {
+                return;
+            };
+            checked.is = is;
+            checked.judgement = match holds {
+                Err(why) => Judgement::Unknown(why),
+                Ok(holds) if holds != is_denied => Judgement::Right,
+                Ok(_) => Judgement::Wrong,
+            };
+        }
+        _ => {}
+    }
+}
+
+/// Of how many something holds at a step, at least and at most.
+fn counted(of: Counted, subject: &Subject<'_>, step: i64) -> (usize, usize) {
+    let (mut least, mut most) = (0, 0);
+    for who in subject.scene.participants() {
+        let Some(encounter) = Encounter::at(subject.scene, &who, step) else {
+            continue;
+        };
+        let holds = match of {
+            Counted::Within(metres) => Ok(encounter.distance() <= metres),
+            Counted::Word(predicate) => state(predicate, subject, &who, (&encounter, step), &[]).holds,
+        };
+        least += usize::from(holds == Ok(true));
+        most += usize::from(holds != Ok(false));
+    }
+    (least, most)
+}
+
+/// Whether a stated number is within [`TOLERANCES`] of the truth; where only `sizes` are compared, without signs.
+fn fits(truth: f64, value: f64, (decimals, rough, sizes): (u8, bool, bool)) -> bool {
+    let told = if sizes { truth.abs() } else { truth };
+    let share = if rough { 0.1 } else { 0.02 };
+    let digit = 0.5 * 10_f64.powi(-i32::from(decimals));
+    (told - value).abs() <= digit.max(0.05).max(share * truth.abs()) + 1e-9
+}
+
+/// Whether a true number is between bounds; open within rounding of them.
+fn bounded(truth: f64, from: Option<f64>, to: Option<f64>, decimals: u8) -> Judgement {
+    let slack = |bound: f64| (0.5 * 10_f64.powi(-i32::from(decimals))).min(0.05).max(0.01 * bound);
+    let over = from.map_or(f64::INFINITY, |from| truth - from);
+    let under = to.map_or(f64::INFINITY, |to| to - truth);
+    if over >= 0.0 && under >= 0.0 {
+        Judgement::Right
+    } else if from.is_some_and(|from| over < -slack(from)) || to.is_some_and(|to| under < -slack(to)) {
+        Judgement::Wrong
+    } else {
+        Judgement::Unknown("at the bound within rounding")
+    }
+}
+
+/// The numbers that a quantity can mean, of the exact bodies, the usual one first: at the step, or of the window.
+fn exact_in(
+    quantity: Quantity,
+    subject: &Subject<'_>,
+    participant: &Participant<'_>,
+    encounter: &Encounter<'_>,
+) -> Vec<f64> {
+    if quantity != Quantity::MinDistance {
+        return exact(quantity, encounter);
+    }
+    let steps = subject.steps().steps();
+    let all = steps.filter_map(|step| Encounter::at(subject.scene, participant, step));
+    let least = all.map(|encounter| encounter.distance()).min_by(f64::total_cmp);
+    // Of the whole recording, too.
+    let scene = subject.scene;
+    let whole = (0..=scene.last_step()).filter_map(|step| Encounter::at(scene, participant, step));
+    let ever = whole.map(|encounter| encounter.distance()).min_by(f64::total_cmp);
+    least.into_iter().chain(ever).collect()
+}
+
 /// The first number of the exact bodies with its unit.
 fn worded_at(quantity: Quantity, encounter: &Encounter<'_>, decimals: u8) -> String {
     let first = exact(quantity, encounter).first().copied();
@@ -470,6 +688,8 @@ fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
         }
         Quantity::GapLong => vec![relation.gap_long],
         Quantity::GapLat => vec![relation.gap_lat],
+        Quantity::DistanceAlong => vec![encounter.distance(), relation.gap_long],
+        Quantity::DistanceAcross => vec![encounter.distance(), relation.gap_lat],
         Quantity::Ttc => [ttc(), relation.time_long(), relation.time_lat()]
             .into_iter()
             .flatten()
@@ -480,12 +700,28 @@ fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
         Quantity::VelocityLat => vec![relation.velocity.y],
         Quantity::AccelerationLong => vec![relation.acceleration.x],
         Quantity::AccelerationLat => vec![relation.acceleration.y],
+        Quantity::MinDistance => vec![encounter.distance()],
+        Quantity::ClosingSpeed => {
+            let away = encounter.other.pose.position - encounter.ego.pose.position;
+            let velocity = encounter.other.velocity_vector() - encounter.ego.velocity_vector();
+            let along = (away.norm() > 0.0).then(|| -away.dot(&velocity) / away.norm());
+            let axes = [relation.velocity.x, relation.velocity.y, velocity.norm()];
+            along.into_iter().chain(axes).collect()
+        }
+        Quantity::Headway => one(measure("thw").and_then(|m| m.evaluate(encounter).value())),
+        Quantity::Heading => {
+            let own = encounter.other.pose.heading;
+            let apart = angle_between(encounter.ego.pose.heading, own);
+            vec![own.to_degrees(), apart.to_degrees(), own.to_degrees().rem_euclid(360.0)]
+        }
         Quantity::Speed => vec![encounter.other.velocity.abs()],
         Quantity::Acceleration => vec![encounter.other.acceleration],
         Quantity::Side
         | Quantity::Contact
         | Quantity::Motion
         | Quantity::Way
+        | Quantity::Comparison
+        | Quantity::Count
         | Quantity::Risk
         | Quantity::Position
         | Quantity::Arithmetic => Vec::new(),
@@ -505,7 +741,9 @@ fn others(
     };
     let times = |all: &[Option<(ClaimBasis, f64)>]| all.iter().copied().flatten().collect();
     let mut all: Vec<(ClaimBasis, f64)> = match quantity {
-        Quantity::Distance => vec![(ClaimBasis::Centres, centre.coords.norm())],
+        Quantity::Distance | Quantity::DistanceAlong | Quantity::DistanceAcross => {
+            vec![(ClaimBasis::Centres, centre.coords.norm())]
+        }
         Quantity::GapLong => vec![(ClaimBasis::Centres, centre.x)],
         Quantity::GapLat => vec![(ClaimBasis::Centres, centre.y)],
         Quantity::Ttc => times(&[closing(centre.x, velocity.x), closing(centre.y, velocity.y)]),
@@ -522,9 +760,10 @@ fn others(
 /// The numbers that the paper's convention gives for a quantity.
 fn of_paper(quantity: Quantity, told: &paper::Relation) -> impl Iterator<Item = f64> {
     let values = match quantity {
-        Quantity::GapLong => vec![Some(told.adjusted_d_long)],
-        Quantity::GapLat => vec![Some(told.adjusted_d_lat)],
+        Quantity::GapLong | Quantity::DistanceAlong => vec![Some(told.adjusted_d_long)],
+        Quantity::GapLat | Quantity::DistanceAcross => vec![Some(told.adjusted_d_lat)],
         Quantity::Distance => vec![Some(told.adjusted_d_long.hypot(told.adjusted_d_lat))],
+        Quantity::ClosingSpeed => vec![Some(told.v_rel_long), Some(told.v_rel_lat)],
         Quantity::TtcLong => vec![told.ttc_long],
         Quantity::TtcLat => vec![told.ttc_lat],
         Quantity::Ttc => vec![told.ttc_long, told.ttc_lat],
@@ -555,8 +794,31 @@ fn paper_relations(encounter: &Encounter<'_>, written: Option<f64>) -> Vec<paper
         .collect()
 }
 
+/// Whether an obstacle is at a place, so far as that can be told.
+pub fn is_at_side(side: Side, encounter: &Encounter<'_>) -> bool {
+    judge_side(side, &encounter.relation(), encounter) == Judgement::Right
+}
+
+/// Whether a body stands, as words mean it.
+pub fn stands(motion: &Motion) -> bool {
+    motion.velocity.abs() < 0.5
+}
+
+/// Whether the other drives towards where the ego comes from.
+pub fn opposes(encounter: &Encounter<'_>) -> bool {
+    let apart = angle_between(encounter.ego.pose.heading, encounter.other.pose.heading).abs();
+    apart > 0.75 * std::f64::consts::PI && !stands(encounter.other)
+}
+
+/// Whether the other moves across the ego's heading.
+pub fn crosses(encounter: &Encounter<'_>) -> bool {
+    let apart = angle_between(encounter.ego.pose.heading, encounter.other.pose.heading).abs();
+    let slant = std::f64::consts::FRAC_PI_4;
+    (slant..=3.0 * slant).contains(&apart) && !stands(encounter.other)
+}
+
 /// Where bodies overlap along an axis, the centres decide, and only for, not against.
-fn judge_side(side: Side, relation: &Relation, encounter: &Encounter<'_>) -> Judgement {
+pub(super) fn judge_side(side: Side, relation: &Relation, encounter: &Encounter<'_>) -> Judgement {
     let centre = encounter.ego.pose.to_local(&encounter.other.pose.position);
     let holds = |said: Option<bool>, gap: f64, centre: f64| match said {
         None => Judgement::Right,
@@ -635,7 +897,11 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
     }
     let length = matches!(
         claim.quantity,
-        Quantity::Distance | Quantity::GapLong | Quantity::GapLat
+        Quantity::Distance
+            | Quantity::GapLong
+            | Quantity::GapLat
+            | Quantity::DistanceAlong
+            | Quantity::DistanceAcross
     );
     if length && along_the_map(claim, subject, step) {
         return Some("true for the difference in x or y on the map");
@@ -689,7 +955,10 @@ fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
         return false;
     };
     let seen_from_it = match claim.quantity {
-        Quantity::GapLong | Quantity::GapLat => value.abs() <= apart,
+        Quantity::GapLong
+        | Quantity::GapLat
+        | Quantity::DistanceAlong
+        | Quantity::DistanceAcross => value.abs() <= apart,
         Quantity::Ttc
         | Quantity::TtcLong
         | Quantity::TtcLat

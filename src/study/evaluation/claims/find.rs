@@ -3,14 +3,22 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::mentions::{Mention, begins_with, is_distance_to, is_label, mentions};
-use super::number::{MentionedTime, Unit, heading_time, name_units, numbers, times};
-use super::place::has_word;
-use super::sentence::Sentence;
+use nearmiss_scene::scenario::Scene;
+
 use super::{Claim, ClaimedValue};
+use super::clauses::{Who, clauses};
+use super::mentions::{Mention, begins_with, is_label, mentions};
+use super::number::{MentionedTime, Number, Unit, heading_time, name_units, numbers, times};
+use super::references::{Cast, references};
+use super::sentence::Sentence;
+use super::tokens::{has_word, is_foreign, tokens};
 
 /// Ids and time steps that a text can refer to.
 pub struct MentionContext<'a> {
+    /// The scene; without it nobody is found by a description.
+    pub scene: Option<&'a Scene>,
+    /// The step that is meant where none is named.
+    pub present: i64,
     /// Ids of the obstacles.
     pub ids: &'a BTreeSet<i64>,
     /// The ego's id, which no obstacle has.
@@ -25,7 +33,10 @@ pub struct MentionContext<'a> {
 
 /// The claims of a text.
 pub fn claims(text: &str, world: &MentionContext<'_>) -> Vec<Claim> {
-    let mut above = Above::default();
+    let mut above = Above {
+        only: only_one(text, world),
+        ..Above::default()
+    };
     let mut found = Vec::new();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
@@ -41,6 +52,23 @@ pub fn claims(text: &str, world: &MentionContext<'_>) -> Vec<Claim> {
     found
 }
 
+/// The only obstacle that a text names; nothing where it names none or several.
+fn only_one(text: &str, world: &MentionContext<'_>) -> Option<i64> {
+    let mut only = None;
+    for line in text.lines() {
+        let lower = lowered(line);
+        for mention in mentions(&lower, &numbers(line), world) {
+            match (only, mention.id) {
+                (None, _) if mention.compared => return None,
+                (_, None) => return None,
+                (Some(one), Some(id)) if one != id => return None,
+                (_, id) => only = id,
+            }
+        }
+    }
+    only
+}
+
 fn take(
     line: &str,
     start: usize,
@@ -52,6 +80,7 @@ fn take(
     if bare.is_empty() {
         above.titles.clear();
         above.sentence = None;
+        above.is_of_ego = false;
         above.parted = true;
         return;
     }
@@ -92,6 +121,16 @@ fn take(
         }
     }
     above.begin(kind, indent, &lower, &named);
+    let bare_words = lower.trim_matches(['*', '#', ' ', '{', '"', '-', ':', '`']);
+    let label = bare_words.split(['(', ':']).next().unwrap_or_default();
+    let label = label.trim_matches(['*', ' ', '"', '_']);
+    let names_ego = ["ego", "the ego", "ego vehicle", "the ego vehicle", "ego vehicle state"].contains(&label);
+    let is_label = bare.trim_end_matches('*').ends_with([':', ')']) || heading || bare_words == label;
+    above.is_of_ego = names_ego && is_label
+        || above.is_of_ego && !heading && named.is_empty() && (indent > above.ego_indent || !item);
+    if names_ego && is_label {
+        above.ego_indent = indent;
+    }
     above.parted = false;
     match named.as_slice() {
         // "Obstacle 7: behind the ego." is about it until another one is: as under a heading.
@@ -121,78 +160,8 @@ fn sentence(
     let mut all = numbers(text);
     name_units(&lower, &mut all);
     let named = mentions(&lower, &all, world);
-    let fixed = above.fixed();
-    let before = above.obstacle();
-    let whole = 0..text.len();
-    // The obstacle it is about, and the range of text.
-    let distinct = match named.as_slice() {
-        // Named twice, it is still one.
-        [one, more @ ..]
-            if one.id.is_some() && more.iter().all(|m| m.id == one.id && !m.compared) =>
-        {
-            &named[..1]
-        }
-        all => all,
-    };
-    if is_of_ego(&lower) {
-        // "The ego brakes. Its speed is 5 m/s": what follows is not about an obstacle.
+    if is_foreign(&lower) {
         above.open = true;
-    }
-    let about = match distinct {
-        [] if has_own_subject(&lower) => None,
-        [one] if is_beside(&lower, one) => None,
-        [] => before.map(|id| (id, whole)),
-        [one] if one.compared => before.map(|id| (id, 0..one.span.start)),
-        [one] if begins_with(&lower, one) || one.id.is_some() && one.id == before => {
-            if fixed != one.id {
-                above.sentence = one.id;
-                // Under the heading of another obstacle it is an aside, and the next sentence is about the obstacle
-                // it names.
-                above.open = one.id.is_none();
-                if above.heading.is_some() {
-                    above.sentence = None;
-                }
-            } else {
-                above.sentence = None;
-                above.open = false;
-            }
-            one.id.map(|id| (id, whole))
-        }
-        // An aside in a text about another obstacle, which the next sentence goes on about.
-        [one] if before.is_some() && fixed.is_none() && is_distance_to(&lower, one) => {
-            one.id.map(|id| (id, whole))
-        }
-        // "The distance to obstacle 7 is 3 m": its subject is the obstacle unless it has another.
-        [one] => {
-            above.open = before.is_some() && fixed.is_none();
-            if before.is_none() && !above.open && fixed.is_none() {
-                above.sentence = one.id;
-            }
-            let alone = before.is_none() && above.names_no_obstacle() || above.fixed() == one.id;
-            let part = if is_distance_to(&lower, one) {
-                whole
-            } else {
-                one.span.end..text.len()
-            };
-            one.id.filter(|_| alone).map(|id| (id, part))
-        }
-        _ => {
-            above.sentence = None;
-            above.open = fixed.is_none();
-            None
-        }
-    };
-    // "Obstacles 7 and 8 are behind the ego": what has no number holds for each.
-    let listed = match about {
-        None => enumerated(&lower, &named),
-        Some(_) => Vec::new(),
-    };
-    let several = !listed.is_empty();
-    let subjects: Vec<(i64, Range<usize>)> = match about {
-        Some(one) => vec![one],
-        None => listed.into_iter().map(|id| (id, 0..text.len())).collect(),
-    };
-    if subjects.is_empty() {
         return;
     }
     let (times, when) = times(&lower, &all, world);
@@ -201,61 +170,95 @@ fn sentence(
     } else {
         when
     };
-    let step = match when {
-        MentionedTime::Unsaid => None,
-        MentionedTime::Step(step) => Some(step),
-        MentionedTime::Unclear => return,
-    };
-    let taken: Vec<bool> = all
-        .iter()
-        .enumerate()
-        .map(|(i, n)| times.contains(&i) || (n.unit == Unit::None && n.as_integer().is_some()))
-        .collect();
     let words: Vec<&str> = above
         .items
         .iter()
         .map(|(_, words)| words.as_str())
         .collect();
-    for (obstacle, part) in subjects {
-        let sentence = Sentence {
-            lower: &lower,
-            numbers: &all,
-            taken: &taken,
-            start,
-            above: &words.join(" "),
-            obstacle,
-            named: !named.is_empty() && (several || named.iter().all(|m| m.id == Some(obstacle))),
-            step,
-        };
-        let contact = times.iter().find_map(|&place| sentence.contact(place));
-        let claims = sentence.claims().into_iter().chain(contact);
-        let inside = |claim: &Claim| {
-            let numbered = matches!(claim.stated, ClaimedValue::Number { .. });
-            claim.span.start >= start + part.start
-                && claim.span.end <= start + part.end
-                && !(several && numbered)
-        };
-        found.extend(claims.filter(inside));
-    }
+    let words = words.join(" ");
+    let asks_place = false;
+    let (claims, who) = read(
+        (&lower, &all, &named, start),
+        (&times, when, &above.who()),
+        (&words, asks_place),
+        world,
+    );
+    found.extend(claims);
+    above.follow(&who, &named);
 }
 
-/// The obstacles of a list that a sentence begins with: "Obstacles 7, 8 and 9 are …"; empty if it does not.
-fn enumerated(lower: &str, named: &[Mention]) -> Vec<i64> {
-    let [first, .., last] = named else {
-        return Vec::new();
+/// The claims of a sentence, and whom its clauses are about.
+fn read(
+    (lower, all, named, start): (&str, &[Number], &[Mention], usize),
+    (times, when, current): (&[(usize, Option<i64>)], MentionedTime, &Who),
+    (above, asks_place): (&str, bool),
+    world: &MentionContext<'_>,
+) -> (Vec<Claim>, Vec<Who>) {
+    let step = match when {
+        MentionedTime::Step(step) => Some(step),
+        _ => None,
     };
-    let between = &lower[first.span.end..last.span.start];
-    let joined = between
-        .split(|c: char| !c.is_alphanumeric())
-        .filter(|word| !word.is_empty())
-        .all(|word| {
-            ["and", "obstacle", "0"].contains(&word) || word.chars().all(|c| c.is_ascii_digit())
-        });
-    if !joined || !begins_with(lower, first) || named.iter().any(|m| m.compared) {
-        return Vec::new();
+    let tokens = tokens(lower, all);
+    let cast = Cast {
+        scene: world.scene,
+        step: step.unwrap_or(world.present),
+    };
+    let references = references(&tokens, named, cast);
+    let clauses = clauses(&tokens, &references, current);
+    if std::env::var_os("CLAIMS_DEBUG").is_some() {
+        for c in &clauses {
+            let w: Vec<&str> = tokens[c.at.clone()].iter().map(|t| t.word.as_str()).collect();
+            eprintln!("  [{}] who {:?} object {:?} ego {} {:?} label {}", w.join(" "), c.who, c.object, c.names_ego, c.mood, c.is_label);
+        }
+        for r in &references {
+            let w: Vec<&str> = tokens[r.at.clone()].iter().map(|t| t.word.as_str()).collect();
+            eprintln!("      <{}> {:?} governed {} {:?}", w.join(" "), r.who, r.is_governed, r.says);
+        }
     }
-    let ids: Option<Vec<i64>> = named.iter().map(|m| m.id).collect();
-    ids.unwrap_or_default()
+    let who = clauses.iter().map(|clause| clause.who.clone()).collect();
+    let taken: Vec<bool> = all
+        .iter()
+        .enumerate()
+        .map(|(i, n)| times.iter().any(|(place, _)| *place == i) || (n.unit == Unit::None && n.as_integer().is_some()))
+        .collect();
+    let sentence = Sentence {
+        lower,
+        numbers: all,
+        taken: &taken,
+        tokens: &tokens,
+        references: &references,
+        clauses: &clauses,
+        ego: world.ego,
+        start,
+        above,
+        asks_place,
+        step,
+    };
+    let mut claims = sentence.claims();
+    if when == MentionedTime::Unclear {
+        // Of several times, each is that of its clause, or of the one before that names none.
+        let timed: Vec<(usize, Option<i64>)> = { times.iter() }
+            .map(|(place, step)| (all[*place].span.start, *step))
+            .collect();
+        let ends: Vec<usize> = { clauses.iter() }
+            .filter_map(|clause| Some(start + tokens.get(clause.at.end - 1)?.span.end))
+            .collect();
+        let clause_of = |at: usize| ends.iter().position(|end| at < *end);
+        claims.retain_mut(|claim| {
+            if matches!(claim.stated, ClaimedValue::Change { .. }) {
+                return true;
+            }
+            let own = clause_of(claim.span.start);
+            let of = |clause: Option<usize>| {
+                let mut all = timed.iter().filter(|(at, _)| clause_of(start + at) == clause);
+                let first = all.next()?;
+                all.all(|other| other.1 == first.1).then_some(first.1)?
+            };
+            claim.step = of(own).or_else(|| of(own.map(|clause| clause + 1)));
+            claim.step.is_some()
+        });
+    }
+    (claims, who)
 }
 
 /// The level of a heading: 1 for `#`, more for deeper ones; lines in bold are the deepest, a boundary is above all.
@@ -301,38 +304,36 @@ fn row(
     let Some(&obstacle) = named.first().filter(|_| named.len() == 1) else {
         return;
     };
-    let step = match above.time {
-        MentionedTime::Unclear => return,
-        MentionedTime::Step(step) => Some(step),
-        MentionedTime::Unsaid => None,
-    };
+    if above.time == MentionedTime::Unclear {
+        return;
+    }
     for (i, (from, cell)) in cells.iter().enumerate() {
         let title = above.titles.get(i).map_or("", String::as_str);
-        let mut all = numbers(cell);
-        if all.len() != 1 {
+        // The unit may stand in the title.
+        let titled = numbers(&title.replace(['(', '[', ',', '_'], " 1 "));
+        let unit = titled.iter().map(|n| n.unit).find(|u| *u != Unit::None);
+        let label = title.split(['(', '[', ',']).next().unwrap_or(title).trim();
+        let is_time = has_word(title, "time") && !title.contains("collision");
+        if label.is_empty() || is_time || named.len() == 1 && numbers(cell).iter().any(|n| n.as_integer() == Some(obstacle)) {
             continue;
         }
-        if all[0].unit == Unit::None {
-            // The unit stands in the title.
-            let titled = numbers(&title.replace(['(', '[', ',', '_'], " 1 "));
-            let unit = titled.iter().map(|n| n.unit).find(|u| *u != Unit::None);
-            all[0].unit = unit.unwrap_or(Unit::None);
+        // A cell is the value of a field that its title names.
+        let lower = format!("{label}: {}", lowered(cell).trim());
+        let mut all = numbers(&lower);
+        all.retain(|number| number.span.start > label.len());
+        for number in &mut all {
+            if number.unit == Unit::None && !title.contains("risk") && !title.contains("score") {
+                number.unit = unit.unwrap_or(Unit::None);
+            }
         }
-        if all[0].unit == Unit::None || has_word(title, "time") && !title.contains("collision") {
-            continue;
+        let when = above.time;
+        let (mut claims, _) = read((&lower, &all, &[], 0), (&[], when, &Who::Obstacles(vec![obstacle])), ("", false), world);
+        for claim in &mut claims {
+            let begin = start + from + (cell.len() - cell.trim_start().len());
+            claim.span = begin..start + from + cell.trim_end().len().max(1);
+            claim.named = true;
         }
-        let lower = lowered(cell);
-        let sentence = Sentence {
-            lower: &lower,
-            numbers: &all,
-            taken: &[false],
-            start: start + from,
-            above: title,
-            obstacle,
-            named: true,
-            step,
-        };
-        found.extend(sentence.claims());
+        found.extend(claims);
     }
 }
 
@@ -403,108 +404,6 @@ fn lowered(text: &str) -> String {
     text.chars().map(lower).collect()
 }
 
-/// Whether a sentence begins with the ego as what it is about.
-fn is_of_ego(lower: &str) -> bool {
-    let bare = lower.trim_start_matches(['*', ' ', '-', '•', '#', '"', '`']);
-    let begins = [
-        "the ego", "ego", "our ", "my ", "we ", "the av ", "the host",
-    ];
-    let of = [
-        "of the ego is",
-        "of the ego vehicle is",
-        "ego's speed",
-        "ego's velocity",
-        "ego's acceleration",
-        "ego speed",
-        "ego velocity",
-        "the ego is",
-        "the ego vehicle is",
-        "ego brakes",
-        "ego decelerates",
-        "ego accelerates",
-    ];
-    begins.iter().any(|word| bare.starts_with(word)) || of.iter().any(|word| lower.contains(word))
-}
-
-/// Whether a sentence without a name is about something else than what stands above it.
-fn has_own_subject(lower: &str) -> bool {
-    const OTHERS: [&str; 32] = [
-        "everything",
-        "everyone",
-        "everybody",
-        "nothing",
-        "nobody",
-        "rest",
-        "scene",
-        "scenario",
-        "others",
-        "traffic",
-        "leader",
-        "lead",
-        "nearest",
-        "closest",
-        "our",
-        "my",
-        "we",
-        "host",
-        "av",
-        "limit",
-        "truck",
-        "bus",
-        "cyclist",
-        "bicycle",
-        "pedestrian",
-        "motorcycle",
-        "taxi",
-        "kerb",
-        "curb",
-        "crossing",
-        "intersection",
-        "driver",
-    ];
-    const PHRASES: [&str; 9] = [
-        "safe distance is",
-        "stopping distance",
-        "other obstacles",
-        "other vehicles",
-        "vehicle ahead",
-        "car ahead",
-        "car cutting",
-        "vehicle cutting",
-        "vehicle in front",
-    ];
-    is_of_ego(lower)
-        || OTHERS.iter().any(|word| has_word(lower, word))
-        || PHRASES.iter().any(|words| lower.contains(words))
-}
-
-/// Whether a name only says where another one is: "the car in front of obstacle 7 brakes".
-fn is_beside(lower: &str, one: &Mention) -> bool {
-    let before = lower[..one.span.start].trim_end_matches(['*', ' ', '`', '#', '(']);
-    let noun = ["obstacle", "vehicle", "car", "truck", "id"];
-    let before = noun
-        .iter()
-        .find_map(|word| before.strip_suffix(word))
-        .unwrap_or(before)
-        .trim_end();
-    let before = before.strip_suffix("the").unwrap_or(before).trim_end();
-    let places = [
-        "behind",
-        "in front of",
-        "ahead of",
-        "next to",
-        "beside",
-        "following",
-        "left of",
-        "right of",
-        "near",
-    ];
-    places.iter().any(|word| ends_with_word(before, word))
-        && ["driver", "car", "vehicle", "truck", "one", "ego", "traffic"]
-            .iter()
-            .any(|word| has_word(before, word))
-}
-
 /// Whether a line begins with a name and a colon behind it, at most with a few words in between: "Obstacle 7 (car): …".
 fn is_topic(lower: &str, one: &Mention) -> bool {
     let rest = lower[one.span.end..].trim_start_matches(['*', ' ', '`']);
@@ -551,6 +450,12 @@ pub struct Above {
     pub named: Vec<Item>,
     /// The obstacle that the last sentence of the paragraph was about.
     pub sentence: Option<i64>,
+    /// The only obstacle of the text.
+    only: Option<i64>,
+    /// Whether the line above is a label for the ego: "Ego:".
+    is_of_ego: bool,
+    /// The indent of that label.
+    ego_indent: usize,
     /// Whether a sentence of the line left open whom the next one is about.
     pub open: bool,
     /// Whether the line before was empty.
@@ -580,6 +485,18 @@ impl Above {
         self.sentence.or_else(|| self.fixed())
     }
 
+    /// Whom a sentence is about that names no participant.
+    fn who(&self) -> Who {
+        if self.is_of_ego {
+            return Who::Ego;
+        }
+        match self.obstacle() {
+            Some(id) => Who::Obstacles(vec![id]),
+            None if self.open => Who::Unknown,
+            None => self.only.map_or(Who::Unknown, |id| Who::Obstacles(vec![id])),
+        }
+    }
+
     /// The obstacle that headings and items make the subject of everything below.
     pub fn fixed(&self) -> Option<i64> {
         match self.named.last() {
@@ -588,16 +505,54 @@ impl Above {
         }
     }
 
-    /// Whether no item above names an obstacle.
-    pub fn names_no_obstacle(&self) -> bool {
-        self.named.iter().all(|item| item.obstacle.is_none())
-    }
-
     /// What follows is about this obstacle until another one is named so.
     fn topic(&mut self, id: Option<i64>) {
         self.heading = id;
         self.level = 7;
         self.open = false;
+    }
+
+    /// Whom the next sentence is about where it does not say, after one whose clauses are about these.
+    fn follow(&mut self, clauses: &[Who], named: &[Mention]) {
+        let mut ids: Vec<i64> = Vec::new();
+        for who in clauses {
+            match who {
+                Who::Obstacles(all) => ids.extend(all),
+                Who::Ego | Who::Unknown => {}
+            }
+        }
+        let last = clauses.last();
+        ids.dedup();
+        let fixed = self.fixed();
+        match ids.as_slice() {
+            // "The ego brakes. Its speed is 5 m/s": what follows is not about an obstacle.
+            // "The ego approaches 7. It brakes": the one that it meets.
+            _ if clauses.first() == Some(&Who::Ego) => {
+                let mut all = named.iter().filter_map(|m| m.id);
+                self.sentence = all.next().filter(|_| all.next().is_none());
+                self.open = self.sentence.is_none();
+            }
+            _ if named.iter().any(|m| m.id.is_none() && !m.compared) => {
+                self.sentence = None;
+                self.open = true;
+            }
+            [] if last == Some(&Who::Unknown) => {}
+            [] => {}
+            [id] if fixed == Some(*id) => {
+                self.sentence = None;
+                self.open = false;
+            }
+            // Under the heading of another obstacle it is an aside.
+            [_] if self.heading.is_some() => self.sentence = None,
+            [id] => {
+                self.sentence = Some(*id);
+                self.open = false;
+            }
+            _ => {
+                self.sentence = None;
+                self.open = fixed.is_none();
+            }
+        }
     }
 
     pub fn forget(&mut self) {

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::find::{MentionContext, ends_with_word};
 use super::number::Number;
-use super::place::has_word;
 
 /// An obstacle that is named.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -182,25 +181,6 @@ fn without_noun(before: &str) -> &str {
     words
 }
 
-/// Whether words begin with what an obstacle is called: "3 m to car 7" is no range.
-pub fn begins_with_noun(words: &str) -> bool {
-    let mut all = words.split(|c: char| !c.is_alphabetic());
-    let noun = all.find(|word| !BEFORE_NOUN.contains(word));
-    noun.is_some_and(|word| CALLED.contains(&word))
-}
-
-/// Whether a sentence tells the distance of the ego to what it names: "the distance to car 7 is 3 m", "the smallest distance
-/// is 3 m to car 7". "Its distance to car 7" is that of another obstacle.
-pub fn is_distance_to(lower: &str, mention: &Mention) -> bool {
-    let before = without_noun(lower[..mention.span.start].trim_end_matches(['*', ' ', '`', '#']));
-    let measured = ["distance", "gap", "clearance", "separation"];
-    let others = [
-        "its", "it", "their", "they", "this", "that", "whose", "obstacle",
-    ];
-    let says = |words: &[&str]| words.iter().any(|word| has_word(before, word));
-    ends_with_word(before, "to") && says(&measured) && !says(&others)
-}
-
 /// Whether a sentence begins with a name: nothing but what obstacles are called, a label, or a time stands before it.
 pub fn begins_with(lower: &str, mention: &Mention) -> bool {
     if mention.compared {
@@ -248,6 +228,8 @@ mod tests {
     fn read(text: &str) -> Vec<(Option<i64>, bool, bool)> {
         let ids = BTreeSet::from([7, 301, 302]);
         let world = MentionContext {
+            scene: None,
+            present: 0,
             ids: &ids,
             ego: 9,
             dt: 0.1,

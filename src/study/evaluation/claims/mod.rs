@@ -4,16 +4,20 @@
 //! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
 mod check;
+mod clauses;
 mod find;
 mod mentions;
 mod number;
 mod phrases;
-mod place;
+mod places;
 mod record;
+mod references;
+mod score;
 mod sentence;
 mod sentences;
+mod tokens;
+mod verbs;
 mod worded;
-mod words;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -35,10 +39,16 @@ pub enum Quantity {
     Distance,
     /// The least distance that is left, by some measure, metres: "MDC".
     LeastDistance,
+    /// The smallest distance in the window, metres.
+    MinDistance,
     /// Free distance along the ego's heading, metres.
     GapLong,
     /// Free distance across it, metres.
     GapLat,
+    /// Free distance ahead or behind, metres: along the ego's heading or in all.
+    DistanceAlong,
+    /// Free distance to a side, metres: across the ego's heading or in all.
+    DistanceAcross,
     /// Time to collision, seconds; which one is not said.
     Ttc,
     /// Time to close the gap along the ego's heading, seconds.
@@ -53,6 +63,12 @@ pub enum Quantity {
     AccelerationLong,
     /// Acceleration minus the ego's across its heading, m/s².
     AccelerationLat,
+    /// How fast the distance shrinks, m/s; which one is not said.
+    ClosingSpeed,
+    /// Time headway, seconds.
+    Headway,
+    /// Its heading on the map or seen from the ego, degrees.
+    Heading,
     /// Its own speed, m/s.
     Speed,
     /// Its own acceleration, m/s².
@@ -65,6 +81,10 @@ pub enum Quantity {
     Motion,
     /// Where it goes and in which lane it is.
     Way,
+    /// How it compares with another one, or with all.
+    Comparison,
+    /// How many are somewhere or do something.
+    Count,
     /// Its risk score, 0 to 5.
     Risk,
     /// Where it is on the map.
@@ -78,8 +98,14 @@ impl Quantity {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Distance => "distance",
+            Self::Distance | Self::DistanceAlong | Self::DistanceAcross => "distance",
             Self::LeastDistance => "least distance",
+            Self::MinDistance => "minimum distance",
+            Self::ClosingSpeed => "closing speed",
+            Self::Headway => "time headway",
+            Self::Heading => "heading",
+            Self::Comparison => "comparison",
+            Self::Count => "count",
             Self::GapLong => "gap longitudinal",
             Self::GapLat => "gap lateral",
             Self::Ttc => "TTC",
@@ -105,14 +131,23 @@ impl Quantity {
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Distance | Self::LeastDistance | Self::GapLong | Self::GapLat => "m",
-            Self::Ttc | Self::TtcLong | Self::TtcLat => "s",
-            Self::VelocityLong | Self::VelocityLat | Self::Speed => "m/s",
+            Self::Distance
+            | Self::DistanceAlong
+            | Self::DistanceAcross
+            | Self::LeastDistance
+            | Self::MinDistance
+            | Self::GapLong
+            | Self::GapLat => "m",
+            Self::Ttc | Self::TtcLong | Self::TtcLat | Self::Headway => "s",
+            Self::VelocityLong | Self::VelocityLat | Self::Speed | Self::ClosingSpeed => "m/s",
+            Self::Heading => "°",
             Self::AccelerationLong | Self::AccelerationLat | Self::Acceleration => "m/s²",
             Self::Side
             | Self::Contact
             | Self::Motion
             | Self::Way
+            | Self::Comparison
+            | Self::Count
             | Self::Risk
             | Self::Position
             | Self::Arithmetic => "",
@@ -159,6 +194,15 @@ pub enum ClaimedValue {
         /// Whether it is a magnitude: a closing speed, a braking.
         magnitude: bool,
     },
+    /// A number in the quantity's unit between two, its sign apart; `None` where there is no bound on that side.
+    Bounds {
+        /// Not less than this.
+        from: Option<f64>,
+        /// Not more than this.
+        to: Option<f64>,
+        /// Digits behind the point.
+        decimals: u8,
+    },
     /// A place.
     Side(Side),
     /// That the bodies touch.
@@ -176,6 +220,13 @@ pub enum ClaimedValue {
         score: u8,
         /// What it is of.
         of: RiskAspect,
+    },
+    /// That so many are there of which something holds.
+    Count {
+        /// How many.
+        number: u8,
+        /// What is said of each.
+        of: Counted,
     },
     /// From one number to another one, with digits behind the point of both.
     Change {
@@ -213,6 +264,26 @@ pub enum Predicate {
     SameWay,
     /// It drives in the opposite direction.
     Oncoming,
+    /// It is not at rest.
+    Moving,
+    /// It turns to the left (true) or right.
+    Turning(bool),
+    /// Its way crosses that of the ego.
+    Crossing,
+    /// It goes from one lane into another.
+    ChangesLane,
+    /// It comes into the ego's lane, ahead of it.
+    CutsIn,
+    /// Its body and the ego's overlap along the ego's heading.
+    Beside,
+    /// It is there.
+    At(Side),
+    /// It was there at first.
+    CameFrom(Side),
+    /// In the lane to the left (true) or right of the ego's.
+    NeighbourLane(bool),
+    /// More or less than another one, or than all.
+    Compared(Compared),
     /// In the ego's lane, ahead of it or behind.
     SameLane,
     /// In another one.
@@ -229,6 +300,48 @@ pub enum Predicate {
     WillTouch,
 }
 
+/// What is counted: those of whom this holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Counted {
+    /// What is said in words.
+    Word(Predicate),
+    /// That the distance is at most so much, metres.
+    Within(f64),
+}
+
+impl std::fmt::Display for Counted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Word(predicate) => predicate.fmt(f),
+            Self::Within(metres) => write!(f, "within {metres} m"),
+        }
+    }
+}
+
+/// What two are compared by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// Distance to the ego.
+    Distance,
+    /// Speed.
+    Speed,
+    /// Time to collision.
+    Ttc,
+    /// Risk score: the lower it is, the higher the risk.
+    Risk,
+}
+
+/// A comparison of an obstacle with another one, or with all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Compared {
+    /// By what.
+    pub of: Dimension,
+    /// Whether it is more, not less.
+    pub is_more: bool,
+    /// Than which; `None` for all others.
+    pub than: Option<i64>,
+}
+
 impl Predicate {
     /// Of what kind it is.
     #[must_use]
@@ -239,9 +352,17 @@ impl Predicate {
             | Self::Braking
             | Self::Accelerating
             | Self::Steady
+            | Self::Moving
+            | Self::Turning(_)
+            | Self::Crossing
+            | Self::ChangesLane
+            | Self::CutsIn
             | Self::FasterThanEgo
             | Self::SlowerThanEgo => Quantity::Motion,
-            Self::SameWay
+            Self::At(_) | Self::CameFrom(_) | Self::Beside => Quantity::Side,
+            Self::Compared(_) => Quantity::Comparison,
+            Self::NeighbourLane(_)
+            | Self::SameWay
             | Self::Oncoming
             | Self::SameLane
             | Self::OtherLane
@@ -268,6 +389,31 @@ impl std::fmt::Display for Predicate {
             Self::Steady => f.write_str("at constant speed"),
             Self::FasterThanEgo => f.write_str("faster than the ego"),
             Self::SlowerThanEgo => f.write_str("slower than the ego"),
+            Self::Moving => f.write_str("moving"),
+            Self::Turning(left) => write!(f, "turning {}", if *left { "left" } else { "right" }),
+            Self::Crossing => f.write_str("crossing"),
+            Self::ChangesLane => f.write_str("changing lanes"),
+            Self::CutsIn => f.write_str("cutting in"),
+            Self::Beside => f.write_str("beside"),
+            Self::At(side) => side.fmt(f),
+            Self::CameFrom(side) => write!(f, "from {side}"),
+            Self::NeighbourLane(left) => {
+                write!(f, "in the {} lane", if *left { "left" } else { "right" })
+            }
+            Self::Compared(Compared { of, is_more, than }) => {
+                let of = match of {
+                    Dimension::Distance => "distance",
+                    Dimension::Speed => "speed",
+                    Dimension::Ttc => "TTC",
+                    Dimension::Risk => "risk",
+                };
+                match (than, is_more) {
+                    (Some(id), true) => write!(f, "more {of} than {id}"),
+                    (Some(id), false) => write!(f, "less {of} than {id}"),
+                    (None, true) => write!(f, "most {of}"),
+                    (None, false) => write!(f, "least {of}"),
+                }
+            }
             Self::SameWay => f.write_str("in the same direction"),
             Self::Oncoming => f.write_str("in the opposite direction"),
             Self::SameLane => f.write_str("in the ego's lane"),
@@ -286,8 +432,10 @@ impl std::fmt::Display for Predicate {
 pub struct Claim {
     /// Where its value stands in the text, bytes.
     pub span: Range<usize>,
-    /// Which obstacle.
+    /// Which obstacle, or the ego.
     pub obstacle: i64,
+    /// Whether it is said of a time before: at any step up to the present.
+    pub is_past: bool,
     /// Whether its own sentence names the obstacle, not only what it stands under.
     pub named: bool,
     /// The claimed quantity.
@@ -352,6 +500,8 @@ pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
     let all = &subject.scene.scenario.obstacles;
     let ids: BTreeSet<i64> = all.iter().map(|o| o.id).collect();
     let world = find::MentionContext {
+        scene: Some(subject.scene),
+        present: subject.present(),
         ids: &ids,
         ego: subject.scene.ego.id,
         dt: subject.scene.scenario.dt(),
@@ -371,74 +521,18 @@ pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<CheckedClaim> {
     claims.into_iter().map(|c| check(c, subject)).collect()
 }
 
-/// Sentences of a text that name an obstacle and a quantity in a unit and hold no claim that was found, bytes: what was not
-/// understood was not checked either. Code and JSON are left out.
+/// Sentences of a text that say something of the scene and of which nothing was understood, bytes.
 #[must_use]
-pub fn not_understood(
-    text: &str,
-    claims: &[CheckedClaim],
-    subject: &Subject<'_>,
-) -> Vec<Range<usize>> {
-    let all = &subject.scene.scenario.obstacles;
-    let ids: BTreeSet<String> = all.iter().map(|o| o.id.to_string()).collect();
-    let open = |span: &Range<usize>| {
-        let has_claim = claims
-            .iter()
-            .any(|c| c.claim.span.start < span.end && span.start < c.claim.span.end);
-        !has_claim && names_quantity(&text[span.clone()], &ids)
-    };
-    let parts = sentences::parts(text).into_iter();
-    let told = parts.filter(|part| !part.is_data);
-    told.map(|part| part.span).filter(open).collect()
-}
-
-/// Whether a sentence has the id of an obstacle, and a number with a unit.
-fn names_quantity(sentence: &str, ids: &BTreeSet<String>) -> bool {
-    const UNITS: [&str; 12] = [
-        "m", "m/s", "m/s²", "m/s^2", "s", "km/h", "°", "metres", "meters", "seconds", "metre",
-        "meter",
-    ];
-    let words: Vec<&str> = sentence
-        .split_whitespace()
-        .map(|word| {
-            word.trim_matches([
-                '*', '_', '(', ')', ',', ':', ';', '.', '!', '?', '\'', '’', '"',
-            ])
-        })
-        .collect();
-    let is_id = |word: &str| {
-        let bare = word
-            .strip_suffix("'s")
-            .or(word.strip_suffix("’s"))
-            .unwrap_or(word);
-        ids.contains(bare)
-    };
-    // Not how long, but when.
-    const WHEN: [&str; 9] = [
-        "at", "from", "until", "after", "by", "t", "=", "since", "step",
-    ];
-    let is_moment = |i: usize, unit: &str| {
-        let before = i.checked_sub(1).and_then(|i| words.get(i));
-        let after_step = i.checked_sub(2).and_then(|i| words.get(i)) == Some(&"step");
-        unit.starts_with('s') && (after_step || before.is_some_and(|word| WHEN.contains(word)))
-    };
-    let is_number = |word: &str| word.parse::<f64>().is_ok();
-    let is_quantity = |(i, word): (usize, &&str)| {
-        let digits = word.trim_end_matches(|c: char| !c.is_ascii_digit());
-        let unit = &word[digits.len()..];
-        if unit.is_empty() {
-            let unit = words.get(i + 1).filter(|next| UNITS.contains(next));
-            is_number(word) && unit.is_some_and(|unit| !is_moment(i, unit))
-        } else {
-            is_number(digits) && UNITS.contains(&unit) && !is_moment(i, unit)
-        }
-    };
-    words.iter().any(|word| is_id(word)) && words.iter().enumerate().any(is_quantity)
+pub fn not_understood(text: &str, subject: &Subject<'_>) -> Vec<Range<usize>> {
+    let all = sentences(text, subject).into_iter();
+    all.filter(|one| one.claims.is_empty())
+        .map(|one| one.span)
+        .collect()
 }
 
 /// The version of finding and checking claims: grows when the same text can give other counts, so that stored ones
 /// are counted anew.
-pub const CHECK: u32 = 6;
+pub const CHECK: u32 = 7;
 
 /// The separator between reasoning and answer.
 const ANSWER: &str = "── answer ──";

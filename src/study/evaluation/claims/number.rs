@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::find::{MentionContext, ends_with_word};
-use super::place::has_word;
+use super::tokens::has_word;
 
 /// The unit behind a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +13,7 @@ pub enum Unit {
     Second,
     Speed,
     Acceleration,
+    Degree,
     /// One that no claim is made in.
     Other,
 }
@@ -45,8 +46,11 @@ const UNITS: &[(&str, Unit)] = &[
     ("m/s^2", Unit::Acceleration),
     ("m/s2", Unit::Acceleration),
     ("m/s", Unit::Speed),
-    ("km/h", Unit::Other),
-    ("mph", Unit::Other),
+    ("km/h", Unit::Speed),
+    ("kph", Unit::Speed),
+    ("kmh", Unit::Speed),
+    ("mph", Unit::Speed),
+    ("g", Unit::Other),
     ("meters", Unit::Metre),
     ("metres", Unit::Metre),
     ("meter", Unit::Metre),
@@ -55,16 +59,40 @@ const UNITS: &[(&str, Unit)] = &[
     ("second", Unit::Second),
     ("secs", Unit::Second),
     ("sec", Unit::Second),
-    ("ms", Unit::Other),
-    ("km", Unit::Other),
-    ("cm", Unit::Other),
-    ("rad", Unit::Other),
-    ("degrees", Unit::Other),
-    ("°", Unit::Other),
+    ("ms", Unit::Second),
+    ("km", Unit::Metre),
+    ("cm", Unit::Metre),
+    ("radians", Unit::Degree),
+    ("rad", Unit::Degree),
+    ("degrees", Unit::Degree),
+    ("°", Unit::Degree),
     ("%", Unit::Other),
     ("m", Unit::Metre),
     ("s", Unit::Second),
 ];
+
+/// How many of the unit that a claim is made in one of a name is.
+const SCALES: &[(&str, f64)] = &[
+    ("km/h", 1.0 / 3.6),
+    ("kph", 1.0 / 3.6),
+    ("kmh", 1.0 / 3.6),
+    ("mph", 0.447_04),
+    ("ms", 0.001),
+    ("km", 1000.0),
+    ("cm", 0.01),
+    ("rad", 180.0 / std::f64::consts::PI),
+    ("radians", 180.0 / std::f64::consts::PI),
+];
+
+/// How many of the unit of a claim the unit that a text ends with is.
+pub fn scale(text: &str) -> f64 {
+    let lower = text.to_lowercase();
+    let own = SCALES.iter().find(|(name, _)| {
+        let rest = lower.strip_suffix(name);
+        rest.is_some_and(|rest| !rest.ends_with(char::is_alphabetic))
+    });
+    own.map_or(1.0, |(_, scale)| *scale)
+}
 
 /// What TeX may have between a number and its unit.
 const TEX: &[&str] = &["\\,", "\\;", "\\ ", "\\text{", "\\mathrm{", "\\"];
@@ -73,8 +101,9 @@ const TEX: &[&str] = &["\\,", "\\;", "\\ ", "\\text{", "\\mathrm{", "\\"];
 const NAMED: &[(&[&str], Unit)] = &[
     (&["velocity", "speed"], Unit::Speed),
     (&["acceleration", "deceleration"], Unit::Acceleration),
-    (&["dtclong", "dtclat"], Unit::Metre),
+    (&["dtclong", "dtclat", "distance", "gap"], Unit::Metre),
     (&["ttclong", "ttclat"], Unit::Second),
+    (&["heading", "orientation"], Unit::Degree),
 ];
 
 /// Gives numbers without a unit that of the quantity whose name stands right before them: "velocity (2.743)",
@@ -90,6 +119,15 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
             .iter()
             .find_map(|word| before.strip_suffix(word))
             .unwrap_or(before);
+        // A key of JSON with its unit: "ttc_s".
+        let key = before.trim_end_matches(['"', ' ', ':', '*']);
+        let keyed = [("_m", Unit::Metre), ("_s", Unit::Second), ("_mps", Unit::Speed), ("_m_s", Unit::Speed)]
+            .iter()
+            .rfind(|(end, _)| key.len() < before.len() && key.ends_with(end));
+        if let Some((_, unit)) = keyed {
+            number.unit = *unit;
+            continue;
+        }
         let named = |(names, _): &&(&[&str], Unit)| {
             names.iter().any(|name| {
                 let rest = before.strip_suffix(name);
@@ -98,14 +136,64 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
         };
         if let Some((_, unit)) = NAMED.iter().find(named) {
             number.unit = *unit;
+            // Without a unit, angles are in radians.
+            if *unit == Unit::Degree {
+                number.value = number.value.to_degrees();
+                number.decimals = number.decimals.saturating_sub(2);
+            }
         }
     }
+}
+
+/// Numbers that are written as words, where a unit stands behind them.
+const WORDS: [(&str, f64); 18] = [
+    ("half a", 0.5),
+    ("one", 1.0),
+    ("two", 2.0),
+    ("three", 3.0),
+    ("four", 4.0),
+    ("five", 5.0),
+    ("six", 6.0),
+    ("seven", 7.0),
+    ("eight", 8.0),
+    ("nine", 9.0),
+    ("ten", 10.0),
+    ("twelve", 12.0),
+    ("fifteen", 15.0),
+    ("twenty", 20.0),
+    ("thirty", 30.0),
+    ("forty", 40.0),
+    ("fifty", 50.0),
+    ("sixty", 60.0),
+];
+
+/// The numbers in words of a text: "fifteen metres".
+fn in_words(text: &str) -> Vec<Number> {
+    let mut found = Vec::new();
+    let units = text.match_indices([' ']).filter_map(|(at, _)| {
+        let (unit, end) = unit(text, at);
+        Some((at, unit.filter(|unit| *unit != Unit::None)?, end))
+    });
+    for (at, unit, end) in units {
+        let before = text[..at].to_lowercase();
+        let word = { WORDS.iter() }.find(|(word, _)| before.len() == at && ends_with_word(&before, word));
+        if let Some((word, value)) = word {
+            found.push(Number {
+                value: *value,
+                decimals: u8::from(*value < 1.0),
+                unit,
+                span: at - word.len()..end,
+            });
+        }
+    }
+    found
 }
 
 /// All numbers of a text, in its order.
 pub fn numbers(text: &str) -> Vec<Number> {
     let bytes = text.as_bytes();
-    let mut found = Vec::new();
+    let mut found = in_words(text);
+    let has_words = !found.is_empty();
     let mut at = 0;
     while at < bytes.len() {
         if !bytes[at].is_ascii_digit() {
@@ -148,8 +236,16 @@ pub fn numbers(text: &str) -> Vec<Number> {
         if !inside && let Some(value) = value {
             let (unit, stop) = unit(text, end);
             if let Some(unit) = unit {
+                let scale = scale(&text[end..stop]);
+                // As many digits as tell half of the last one in the unit of the claim, at least.
+                let decimals = if scale == 1.0 {
+                    decimals
+                } else {
+                    let digits = f64::from(decimals) - scale.log10();
+                    digits.round().clamp(0.0, 9.0) as u8
+                };
                 found.push(Number {
-                    value: sign * value,
+                    value: sign * value * scale,
                     decimals,
                     unit,
                     span: start..stop,
@@ -157,6 +253,9 @@ pub fn numbers(text: &str) -> Vec<Number> {
             }
         }
         at = end;
+    }
+    if has_words {
+        found.sort_by_key(|number| number.span.start);
     }
     found
 }
@@ -200,15 +299,6 @@ fn unit(text: &str, end: usize) -> (Option<Unit>, usize) {
     (Some(Unit::None).filter(|_| !goes_on), end)
 }
 
-/// Whether a number is where a change begins: "from 5 m to 3 m"; "approaching from behind" says nothing of numbers.
-pub fn from_number(lower: &str) -> bool {
-    lower.match_indices("from ").any(|(at, word)| {
-        let rest = lower[at + word.len()..].trim_start_matches(['*', '~', '-', '−', '+', '`', ' ']);
-        let begins = !lower[..at].ends_with(char::is_alphanumeric);
-        begins && rest.starts_with(|c: char| c.is_ascii_digit())
-    })
-}
-
 /// A text without the ego where something is only told relative to it: "closing in on the ego at".
 pub fn without_reference(text: &str) -> String {
     let mut text = text.replace("the ego", "ego").replace("towards", "toward");
@@ -234,8 +324,15 @@ pub fn without_reference(text: &str) -> String {
 /// The axis of a number: named before it, or right behind it, as in "2.4 m longitudinal, 9.4 m lateral".
 pub fn find_axis(near: &str, after: &str) -> Option<bool> {
     let after = after.trim_start_matches('(');
-    let after = after.strip_prefix("relative ").unwrap_or(after);
-    let behind = ["longitudinal", "lateral"].map(|word| after.starts_with(word));
+    let after = ["relative ", "off ", "away ", "apart "]
+        .iter()
+        .find_map(|word| after.strip_prefix(word))
+        .unwrap_or(after);
+    let short = |words: [&str; 2]| words.iter().any(|word| begins_with_word(after, word));
+    let behind = [
+        after.starts_with("longitudinal") || short(["along", "along the"]),
+        after.starts_with("lateral") || short(["across", "sideways"]),
+    ];
     let words = near.trim_end_matches(['*', ' ', '`', ':', '=', '(', '≈', '~', '-', '−']);
     let before = words.ends_with("longitudinal") || words.ends_with("lateral");
     match behind {
@@ -243,6 +340,12 @@ pub fn find_axis(near: &str, after: &str) -> Option<bool> {
         [_, true] if !before => Some(false),
         _ => axis(near),
     }
+}
+
+/// Whether a text begins with a word, not with a part of another.
+pub fn begins_with_word(text: &str, word: &str) -> bool {
+    text.strip_prefix(word)
+        .is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
 }
 
 /// The axis of "3 m in front of the ego" or "2 m to the left of the ego".
@@ -289,12 +392,12 @@ pub enum MentionedTime {
     Unclear,
 }
 
-/// Which numbers are times, and the step that they name.
+/// Which numbers are times, each with the step that it names if there is one, and the step that all of them name.
 pub fn times(
     lower: &str,
     all: &[Number],
     world: &MentionContext<'_>,
-) -> (Vec<usize>, MentionedTime) {
+) -> (Vec<(usize, Option<i64>)>, MentionedTime) {
     let mut places = Vec::new();
     let mut when = MentionedTime::Unsaid;
     for (place, number) in all.iter().enumerate() {
@@ -324,7 +427,7 @@ pub fn times(
             Unit::None if counted => step_at(number.value, world),
             _ => continue,
         };
-        places.push(place);
+        places.push((place, named));
         when = match (when, named) {
             (MentionedTime::Unsaid, Some(step)) => MentionedTime::Step(step),
             (MentionedTime::Step(now), Some(step)) if now == step => when,

@@ -27,8 +27,8 @@ pub struct ClaimRecord {
     pub why: Option<&'static str>,
     /// What is claimed.
     pub kind: &'static str,
-    /// Id of the obstacle.
-    pub obstacle: i64,
+    /// Id of the obstacle; none of what is said of the ego.
+    pub obstacle: Option<i64>,
     /// The step at which it was checked.
     pub step: i64,
     /// The claimed value.
@@ -42,20 +42,20 @@ pub struct ClaimRecord {
 }
 
 impl SentenceRecord {
-    /// Of a sentence of a text.
+    /// Of a sentence of a text, about a scene whose ego has this id.
     #[must_use]
-    pub fn new(text: &str, sentence: &CheckedSentence) -> Self {
+    pub fn new(text: &str, sentence: &CheckedSentence, ego: i64) -> Self {
         let claims = sentence.claims.iter();
         Self {
             text: text.get(sentence.span.clone()).unwrap_or_default().into(),
             outcome: sentence.outcome,
-            claims: claims.map(|claim| ClaimRecord::new(text, claim)).collect(),
+            claims: claims.map(|one| ClaimRecord::new(text, one, ego)).collect(),
         }
     }
 }
 
 impl ClaimRecord {
-    fn new(text: &str, one: &CheckedClaim) -> Self {
+    fn new(text: &str, one: &CheckedClaim, ego: i64) -> Self {
         let (outcome, why) = match one.judgement {
             Judgement::Right => (SentenceOutcome::Right, None),
             Judgement::Wrong => (SentenceOutcome::Wrong, None),
@@ -66,7 +66,7 @@ impl ClaimRecord {
             outcome,
             why,
             kind: one.claim.quantity.name(),
-            obstacle: one.claim.obstacle,
+            obstacle: Some(one.claim.obstacle).filter(|id| *id != ego),
             step: one.step,
             stated: one.stated(),
             actual: one.truth.filter(|truth| truth.is_finite()),

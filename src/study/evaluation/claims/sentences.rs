@@ -6,9 +6,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use strum::{IntoStaticStr, VariantArray};
 
-use super::number::{Unit, numbers};
-use super::phrases::clauses;
-use super::place::has_word;
+use super::number::{Number, Unit, numbers};
+use super::tokens::{has_word, is_foreign};
 use super::{CheckedClaim, Judgement, Subject, checked, find};
 
 /// What a sentence comes to.
@@ -68,7 +67,6 @@ const MOVING: &[&str] = &[
     "stop",
     "stationary",
     "standing",
-    "moving",
     "turn",
     "yield",
     "cut",
@@ -82,10 +80,18 @@ const MOVING: &[&str] = &[
     "closer",
     "farther",
     "further",
+    "nearest",
+    "closest",
+    "fastest",
+    "slowest",
+    "smallest",
+    "lowest",
+    "highest",
 ];
 
 /// The same of places and numbers; a clause with a claim has them around it.
 const PLACED: &[&str] = &[
+    "moving",
     "distance",
     "gap",
     "clearance",
@@ -180,10 +186,23 @@ pub fn parts(text: &str) -> Vec<Part> {
 
 /// Whether a text in lower case states something of a scene: a heading, a plan or advice does not.
 fn states(lower: &str) -> bool {
+    if is_foreign(lower) {
+        return true;
+    }
     let has_unit = numbers(lower)
         .iter()
-        .any(|number| number.unit != Unit::None);
+        .any(|number| number.unit != Unit::None && !is_time(lower, number));
     has_unit || { words(lower) }.any(|(_, word)| begins(word, MOVING) || begins(word, PLACED))
+}
+
+/// Whether a number says when or how long.
+fn is_time(lower: &str, number: &Number) -> bool {
+    const BEFORE: [&str; 20] = [
+        "at", "t =", "t=", "time", "until", "after", "from", "to", "step", "(", "last", "within", "for", "over", "past", "every",
+        "next", "per", "in", "one",
+    ];
+    let before = lower[..number.span.start].trim_end();
+    number.unit == Unit::Second && BEFORE.iter().any(|word| before.ends_with(word))
 }
 
 /// Whether something that a sentence states is in none of its claims.
@@ -194,19 +213,9 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
             own.start < begin + span.end && begin + span.start < own.end
         })
     };
-    // Times say when.
-    let timed = |span: &Range<usize>| {
-        let before = lower[..span.start].trim_end();
-        [
-            "at", "t =", "t=", "time", "until", "after", "from", "to", "step", "(",
-        ]
-        .iter()
-        .any(|word| before.ends_with(word))
-    };
     let numbers = numbers(lower);
     let number = numbers.iter().any(|number| {
-        let is_time = number.unit == Unit::Second && timed(&number.span);
-        number.unit != Unit::None && !is_time && !covers(&number.span)
+        number.unit != Unit::None && !is_time(lower, number) && !covers(&number.span)
     });
     // A clause with a claim is understood, but for what moves or touches beside it.
     let cells = lower.match_indices('|').map(|(at, _)| at + 1);
@@ -230,6 +239,38 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
         }) && !is_comment(clause, has_claim)
     });
     number || clause
+}
+
+/// The clauses of a sentence with the places where they begin.
+fn clauses(lower: &str) -> Vec<(usize, &str)> {
+    const JOINTS: &[&str] = &[
+        " but ",
+        " while ",
+        " although ",
+        " with ",
+        " and moving",
+        " and driving",
+        " and approaching",
+        " and poses",
+    ];
+    let mut starts: Vec<usize> = vec![0];
+    starts.extend(
+        lower
+            .match_indices([',', ';', '(', ')'])
+            .map(|(at, mark)| at + mark.len()),
+    );
+    for joint in JOINTS {
+        starts.extend(lower.match_indices(joint).map(|(at, _)| at));
+    }
+    starts.sort_unstable();
+    starts.dedup();
+    let ends = starts.iter().skip(1).copied().chain([lower.len()]);
+    starts
+        .iter()
+        .copied()
+        .zip(ends)
+        .map(|(from, to)| (from, &lower[from..to]))
+        .collect()
 }
 
 /// Whether a word belongs to a number beside it: "3 m away", "a closing speed of 2 m/s".
@@ -275,7 +316,8 @@ fn is_comment(clause: &str, has_claim: bool) -> bool {
 
 /// The words of a text with their places.
 fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let is_letter = |c: char| c.is_alphabetic();
+    // "ZAM_CutIn-1" is a name.
+    let is_letter = |c: char| c.is_alphanumeric() || c == '_';
     let mut at = 0;
     text.split(move |c: char| !is_letter(c)).map(move |word| {
         let from = at;

@@ -2,10 +2,10 @@
 
 use nearmiss_base::geometry::{Placed, Pose, angle_between};
 use nearmiss_scene::metrics::{Contact, Encounter, RiskAspect, measure, paper};
-use nearmiss_scene::scenario::{LaneRelation, Participant, Scene};
+use nearmiss_scene::scenario::{LaneRelation, Motion, Participant, Scene};
 
-use super::check::STANDING;
-use super::{Claim, Judgement, Predicate, Subject};
+use super::check::{STANDING, judge_side};
+use super::{Claim, Compared, Dimension, Judgement, Predicate, Subject};
 
 /// What is known of a predicate.
 #[derive(Debug, Clone)]
@@ -44,26 +44,119 @@ pub fn state(
     match predicate {
         Predicate::Approaching(axis) => closing(encounter, before.as_ref(), (axis, dt), told, 1.0),
         Predicate::Receding(axis) => closing(encounter, before.as_ref(), (axis, dt), told, -1.0),
-        Predicate::Braking | Predicate::Accelerating | Predicate::Steady => {
-            let speed = |encounter: &Encounter<'_>| encounter.other.velocity.abs();
-            let own = encounter.other.acceleration * encounter.other.velocity.signum();
-            let seen = before.map(|before| (speed(encounter) - speed(&before)) / dt);
-            let all: Vec<f64> = [Some(own), seen].into_iter().flatten().collect();
-            let some = |is: &dyn Fn(f64) -> bool| all.iter().any(|a| is(*a));
-            let holds = match predicate {
-                Predicate::Braking if some(&|a| a < -SLIGHT) => Ok(true),
-                Predicate::Braking if !some(&|a| a < 0.0) => Ok(false),
-                Predicate::Accelerating if some(&|a| a > SLIGHT) => Ok(true),
-                Predicate::Accelerating if !some(&|a| a > 0.0) => Ok(false),
-                Predicate::Steady if some(&|a| a.abs() < SLIGHT) => Ok(true),
-                Predicate::Steady if !some(&|a| a.abs() < PLAIN) => Ok(false),
-                _ => Err("its speed hardly changes"),
-            };
+        Predicate::Braking
+        | Predicate::Accelerating
+        | Predicate::Steady
+        | Predicate::Moving
+        | Predicate::Turning(_)
+        | Predicate::ChangesLane => {
+            let was = before.as_ref().map(|before| before.other);
+            let history = |back: i64| participant.at(step - back);
+            let known = own_motion(predicate, scene, (encounter.other, was), &history);
+            known.unwrap_or(Known {
+                holds: Err("it cannot be told"),
+                is: String::new(),
+            })
+        }
+        Predicate::Crossing => {
+            let apart =
+                angle_between(encounter.ego.pose.heading, encounter.other.pose.heading).abs();
+            let stands = encounter.other.velocity.abs() < STANDING;
             Known {
-                holds,
-                is: format!("{:.1} m/s²", own + 0.0),
+                holds: match apart {
+                    _ if stands => Ok(false),
+                    apart if (SAME..=std::f64::consts::PI - SAME).contains(&apart) => Ok(true),
+                    apart if !(SAME / 2.0..=std::f64::consts::PI - SAME / 2.0).contains(&apart) => Ok(false),
+                    _ => Err("it drives at a slant"),
+                },
+                is: format!("headings {:.0}° apart", apart.to_degrees()),
             }
         }
+        Predicate::CutsIn => {
+            let steps = subject.window.map_or(step..=step, |(first, _)| first..=step);
+            let in_lane = |step: i64| {
+                let encounter = Encounter::at(scene, participant, step)?;
+                let lane = lane_of(scene, &encounter)?;
+                Some(matches!(lane, LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind))
+            };
+            let all: Vec<bool> = steps.filter_map(in_lane).collect();
+            let is_ahead = encounter.relation().gap_long >= 0.0;
+            let came = all.windows(2).any(|two| !two[0] && two[1]);
+            Known {
+                holds: if came && is_ahead {
+                    Ok(true)
+                } else if all.len() < 2 {
+                    Err("its lanes are not known")
+                } else if encounter.relation().velocity.y * encounter.relation().gap_lat < 0.0
+                    && all.last() == Some(&false)
+                {
+                    Err("it is on its way")
+                } else {
+                    Ok(false)
+                },
+                is: if came { "it came into the ego's lane".into() } else { "it did not change into the ego's lane".into() },
+            }
+        }
+        Predicate::At(side) => {
+            let relation = encounter.relation();
+            Known {
+                holds: match judge_side(side, &relation, encounter) {
+                    Judgement::Right => Ok(true),
+                    Judgement::Wrong => Ok(false),
+                    Judgement::Unknown(why) => Err(why),
+                },
+                is: relation.direction.name().to_lowercase(),
+            }
+        }
+        Predicate::CameFrom(side) => {
+            let first = subject.window.map_or(step, |(first, _)| first);
+            let first = (first..=step).find_map(|at| Encounter::at(scene, participant, at));
+            let at = |encounter: &Encounter<'_>| judge_side(side, &encounter.relation(), encounter);
+            let then = first.as_ref().map_or(Judgement::Wrong, at);
+            Known {
+                holds: match (then, at(encounter)) {
+                    (Judgement::Right, _) => Ok(true),
+                    (Judgement::Unknown(_), Judgement::Right) => Ok(true),
+                    (Judgement::Unknown(why), _) => Err(why),
+                    _ => Ok(false),
+                },
+                is: first.map_or(String::new(), |first| {
+                    format!("{} at first", first.relation().direction.name().to_lowercase())
+                }),
+            }
+        }
+        Predicate::Beside => {
+            let relation = encounter.relation();
+            Known {
+                holds: match relation.gap_long.abs() {
+                    0.0 if relation.gap_lat != 0.0 => Ok(true),
+                    gap if gap > 3.0 => Ok(false),
+                    _ => Err("it is nearly beside"),
+                },
+                is: relation.direction.name().to_lowercase(),
+            }
+        }
+        Predicate::NeighbourLane(left) => {
+            let relation = lane_of(scene, encounter);
+            let beside = match relation {
+                Some(LaneRelation::Left | LaneRelation::FurtherLeft) => Some(true),
+                Some(LaneRelation::Right | LaneRelation::FurtherRight) => Some(false),
+                _ => None,
+            };
+            Known {
+                holds: match (beside, relation) {
+                    (Some(is), _) if is == left => Ok(true),
+                    (Some(_), _) => Ok(false),
+                    (_, None) => Err("its lane is not known"),
+                    // The left lane of the road may be the ego's own.
+                    (_, Some(LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind)) => Err("it is in the ego's lane"),
+                    (_, Some(LaneRelation::Oncoming)) if left => Err("its lane goes the other way"),
+                    _ => Ok(false),
+                },
+                is: relation.map_or("no lane".into(), |lane| lane.text().into()),
+            }
+        }
+        Predicate::Compared(compared) => compare(compared, scene, participant, (encounter, step)),
         Predicate::FasterThanEgo | Predicate::SlowerThanEgo => {
             let more = encounter.other.velocity.abs() - encounter.ego.velocity.abs();
             let more = if predicate == Predicate::SlowerThanEgo {
@@ -140,6 +233,159 @@ pub fn state(
             };
             Known { holds, is }
         }
+    }
+}
+
+/// What is known of a body's own motion: of an obstacle or of the ego, at a step and at the one before. Nothing of other
+/// predicates.
+pub fn own_motion<'m>(
+    predicate: Predicate,
+    scene: &Scene,
+    (now, before): (&Motion, Option<&Motion>),
+    history: &dyn Fn(i64) -> Option<&'m Motion>,
+) -> Option<Known> {
+    let dt = scene.scenario.dt();
+    let own = now.acceleration * now.velocity.signum();
+    let known = match predicate {
+        Predicate::Braking | Predicate::Accelerating | Predicate::Steady => {
+            let seen = before.map(|before| (now.velocity.abs() - before.velocity.abs()) / dt);
+            let all: Vec<f64> = [Some(own), seen].into_iter().flatten().collect();
+            let some = |is: &dyn Fn(f64) -> bool| all.iter().any(|a| is(*a));
+            let holds = match predicate {
+                Predicate::Braking if some(&|a| a < -SLIGHT) => Ok(true),
+                Predicate::Braking if !some(&|a| a < 0.0) => Ok(false),
+                Predicate::Accelerating if some(&|a| a > SLIGHT) => Ok(true),
+                Predicate::Accelerating if !some(&|a| a > 0.0) => Ok(false),
+                Predicate::Steady if some(&|a| a.abs() < SLIGHT) => Ok(true),
+                Predicate::Steady if !some(&|a| a.abs() < PLAIN) => Ok(false),
+                _ => Err("its speed hardly changes"),
+            };
+            Known {
+                holds,
+                is: format!("{:.1} m/s²", own + 0.0),
+            }
+        }
+        Predicate::Moving => Known {
+            holds: match now.velocity.abs() {
+                speed if speed < STANDING => Ok(false),
+                speed if speed < 0.5 => Err("it hardly moves"),
+                _ => Ok(true),
+            },
+            is: format!("{:.1} m/s", now.velocity.abs()),
+        },
+        Predicate::Turning(left) => {
+            let back = (1.0 / dt).round() as i64;
+            let was = (0..=back).rev().find_map(history)?;
+            let turn = angle_between(was.pose.heading, now.pose.heading).to_degrees();
+            let turn = if left { turn } else { -turn };
+            Known {
+                holds: match turn {
+                    turn if turn > 4.0 => Ok(true),
+                    turn if turn < 1.0 => Ok(false),
+                    _ => Err("its heading hardly changes"),
+                },
+                is: format!("{:.0}° to the left within 1 s", if left { turn } else { -turn } + 0.0),
+            }
+        }
+        Predicate::ChangesLane => {
+            let network = &scene.scenario.network;
+            let back = (3.0 / dt).round() as i64;
+            let lanes: Vec<Vec<i64>> = (0..=back)
+                .rev()
+                .filter_map(history)
+                .map(|motion| network.lanelets_driven(&motion.pose))
+                .filter(|ids| !ids.is_empty())
+                .collect();
+            let changed = lanes.windows(2).any(|two| {
+                let relations = network.lane_relations(&two[0]);
+                two[1].iter().all(|id| {
+                    !matches!(
+                        relations.relation_to(*id),
+                        LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind
+                    )
+                })
+            });
+            Known {
+                holds: match (changed, lanes.len()) {
+                    (true, _) => Ok(true),
+                    (false, 0..=1) => Err("its lanes are not known"),
+                    _ => {
+                        let drift = lanes.len() > 1 && before.is_some_and(|was| {
+                            let moved = was.pose.to_local(&now.pose.position);
+                            moved.y.abs() > 0.3 * dt
+                        });
+                        if drift { Err("it may be on its way") } else { Ok(false) }
+                    }
+                },
+                is: if changed { "it changed lanes within 3 s".into() } else { "it kept its lane".into() },
+            }
+        }
+        _ => return None,
+    };
+    Some(known)
+}
+
+/// The lane of the other seen from that of the ego, the closest relation of its lanelets.
+pub fn lane_of(scene: &Scene, encounter: &Encounter<'_>) -> Option<LaneRelation> {
+    let network = &scene.scenario.network;
+    let own = network.lanelets_driven(&encounter.ego.pose);
+    let other = network.lanelets_at(&encounter.other.pose.position);
+    if own.is_empty() || other.is_empty() {
+        return None;
+    }
+    let relations = network.lane_relations(&own);
+    { other.iter() }.map(|id| relations.relation_to(*id)).min()
+}
+
+/// How an obstacle compares with another one, or with all that are there.
+fn compare(
+    compared: Compared,
+    scene: &Scene,
+    participant: &Participant<'_>,
+    (encounter, step): (&Encounter<'_>, i64),
+) -> Known {
+    let value = |encounter: &Encounter<'_>| match compared.of {
+        Dimension::Distance => Some(encounter.distance()),
+        Dimension::Speed => Some(encounter.other.velocity.abs()),
+        Dimension::Ttc => {
+            let ttc = measure("ttc").and_then(|ttc| ttc.evaluate(encounter).value());
+            Some(ttc.unwrap_or(f64::INFINITY))
+        }
+        // Less is more dangerous.
+        Dimension::Risk => Some(-f64::from(
+            encounter.thresholds().risk.aspect(encounter, RiskAspect::Overall),
+        )),
+    };
+    let own = value(encounter).unwrap_or(f64::NAN);
+    let others = scene.participants().filter(|who| match compared.than {
+        Some(id) => who.obstacle.id == id,
+        None => who.obstacle.id != participant.obstacle.id,
+    });
+    let others: Vec<(i64, f64)> = others
+        .filter_map(|who| {
+            let there = Encounter::at(scene, &who, step)?;
+            Some((who.obstacle.id, value(&there)?))
+        })
+        .collect();
+    let sign = if compared.is_more { 1.0 } else { -1.0 };
+    let rival = { others.iter() }
+        .max_by(|a, b| (sign * a.1).total_cmp(&(sign * b.1)))
+        .copied();
+    let Some((id, rival)) = rival else {
+        return Known {
+            holds: Err("nothing to compare it with"),
+            is: String::new(),
+        };
+    };
+    let margin = sign * (own - rival);
+    Known {
+        holds: match margin {
+            margin if margin > 0.05 => Ok(true),
+            margin if margin < -0.05 => Ok(false),
+            _ if own == rival && own.is_infinite() => Err("neither is ever reached"),
+            _ => Err("they are alike"),
+        },
+        is: format!("{:.2}, {id} {:.2}", own.abs(), rival.abs()),
     }
 }
 

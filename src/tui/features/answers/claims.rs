@@ -141,7 +141,7 @@ impl Computation for CheckClaims {
             window: document.window,
         };
         let checked = checked(&document.text, &subject);
-        let unread = not_understood(&document.text, &checked, &subject);
+        let unread = not_understood(&document.text, &subject);
         (document.key, TextClaims::new(checked, unread))
     }
 

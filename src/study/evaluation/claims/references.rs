@@ -1,0 +1,635 @@
+//! Whom the words of a sentence mean: an obstacle by its id, a pronoun or a description, the ego, nobody, or someone else.
+
+use std::ops::Range;
+use std::sync::LazyLock;
+
+use nearmiss_scene::metrics::Encounter;
+use nearmiss_scene::scenario::{LaneRelation, ObstacleType, Scene};
+
+use super::check::{crosses, is_at_side, opposes, stands};
+use super::mentions::Mention;
+use super::places::{PLACES, Placed};
+use super::tokens::{Lexicon, Token};
+use super::verbs::{Act, VERBS};
+use super::worded::lane_of;
+use super::{Predicate, Side};
+
+/// Who is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Named {
+    /// An obstacle.
+    Obstacle(i64),
+    /// Whoever was spoken of before.
+    It,
+    /// The ego.
+    Ego,
+    /// No one: "no vehicle".
+    Nobody,
+    /// Someone or something else, or several.
+    Other,
+}
+
+/// A reference in a sentence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Its tokens.
+    pub at: Range<usize>,
+    /// Who is meant.
+    pub who: Named,
+    /// Whether a preposition stands before it, or it is possessive: "to the ego", "its".
+    pub is_governed: bool,
+    /// Whether something is only compared with it.
+    pub is_compared: bool,
+    /// What a description says of it, with the tokens that do.
+    pub says: Vec<(Described, Range<usize>)>,
+    /// Whether it is described as the nearest.
+    pub is_nearest: bool,
+}
+
+/// What a description says of whom it means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Described {
+    /// Where it is.
+    At(Side),
+    /// That it stands.
+    Stands,
+    /// Something else.
+    Is(Predicate),
+}
+
+/// What nouns call a participant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Noun {
+    /// Any obstacle.
+    Any,
+    /// One of two types.
+    Of(ObstacleType, ObstacleType),
+    /// Who drives ahead.
+    Leader,
+    /// Who drives behind.
+    Follower,
+}
+
+static NOUNS: LazyLock<Lexicon<Noun>> = LazyLock::new(|| {
+    use Noun::{Any, Follower, Leader, Of};
+    use ObstacleType as Type;
+    let of = |kind| Of(kind, kind);
+    Lexicon::new(&[
+        ("obstacle|object|agent|participant|actor|target", Any),
+        ("road user", Any),
+        ("vehicle|guy|driver", Any),
+        ("leader", Leader),
+        ("follower", Follower),
+        ("car|sedan|suv|hatchback", Of(Type::Car, Type::Taxi)),
+        ("taxi|cab", of(Type::Taxi)),
+        ("truck|lorry|van|semi|trailer", of(Type::Truck)),
+        ("bus|coach", of(Type::Bus)),
+        (
+            "pedestrian|person|walker|man|woman|child|kid",
+            of(Type::Pedestrian),
+        ),
+        ("cyclist|bicycle|bicyclist", of(Type::Bicycle)),
+        ("bike|rider", Of(Type::Bicycle, Type::Motorcycle)),
+        (
+            "motorcycle|motorcyclist|motorbike|scooter",
+            of(Type::Motorcycle),
+        ),
+        ("train|tram", of(Type::Train)),
+        ("somebody|someone", of(Type::Pedestrian)),
+        ("one|breakdown", Any),
+    ])
+});
+
+/// What stands before a noun and tells which one is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Adjective {
+    Says(Described),
+    Nearest,
+    /// That it is the most dangerous, which is for a sentence to say.
+    Extreme,
+    Another,
+    /// It tells nothing that is known here.
+    Empty,
+}
+
+static ADJECTIVES: LazyLock<Lexicon<Adjective>> = LazyLock::new(|| {
+    use Adjective::{Another, Empty, Extreme, Nearest, Says};
+    use Described::{At, Is, Stands};
+    let along = |front| {
+        Says(At(Side {
+            front: Some(front),
+            left: None,
+        }))
+    };
+    let across = |left| {
+        Says(At(Side {
+            front: None,
+            left: Some(left),
+        }))
+    };
+    Lexicon::new(&[
+        ("lead|=leading|preceding|front", along(true)),
+        ("=following|trailing|tailing|rear", along(false)),
+        ("=left", across(true)),
+        ("=right", across(false)),
+        (
+            "parked|=stopped|=standing|stationary|static|stalled",
+            Says(Stands),
+        ),
+        ("broken down", Says(Stands)),
+        ("oncoming|opposing", Says(Is(Predicate::Oncoming))),
+        ("=crossing", Says(Is(Predicate::Crossing))),
+        ("=braking|=slowing|decelerating", Says(Is(Predicate::Braking))),
+        ("=accelerating", Says(Is(Predicate::Accelerating))),
+        ("slower", Says(Is(Predicate::SlowerThanEgo))),
+        ("faster", Says(Is(Predicate::FasterThanEgo))),
+        ("struck", Empty),
+        ("nearest|closest", Nearest),
+        ("most dangerous|critical|relevant|risky|important", Extreme),
+        ("other|another|second|third|next", Another),
+        (
+            "same|said|given|slow|fast|big|large|small|motor|relevant|critical|huge",
+            Empty,
+        ),
+        (
+            "passenger|delivery|=merging|=turning|=approaching|=moving|=passing",
+            Empty,
+        ),
+        (
+            "lone|single|only|priority|heavy|dynamic|pickup|police",
+            Empty,
+        ),
+        ("red|white|black|blue|grey|gray|silver|dark", Empty),
+    ])
+});
+
+/// Words for the ego.
+const EGO: [&str; 14] = [
+    "ego",
+    "i",
+    "we",
+    "me",
+    "us",
+    "my",
+    "our",
+    "mine",
+    "ours",
+    "you",
+    "your",
+    "myself",
+    "ourselves",
+    "av",
+];
+
+/// Words for one that was spoken of, for several, and that own what follows.
+const IT: [&str; 8] = ["it", "its", "itself", "he", "his", "him", "she", "her"];
+const OTHERS: [&str; 8] = [
+    "they",
+    "their",
+    "them",
+    "others",
+    "everyone",
+    "everybody",
+    "everything",
+    "traffic",
+];
+const OWNERS: [&str; 9] = [
+    "my", "our", "your", "its", "his", "her", "their", "mine", "ours",
+];
+
+/// Words before a noun that single it out, and those that make it several.
+const DETERMINERS: [&str; 9] = ["the", "a", "an", "this", "that", "such", "our", "my", "said"];
+const SEVERAL: [&str; 17] = [
+    "all", "every", "each", "any", "some", "one", "several", "many", "few", "these", "those",
+    "two", "three", "four", "five", "six", "multiple",
+];
+
+/// Prepositions that make what follows no subject.
+const PREPOSITIONS: [&str; 37] = [
+    "to",
+    "from",
+    "of",
+    "with",
+    "for",
+    "behind",
+    "ahead",
+    "at",
+    "in",
+    "on",
+    "into",
+    "between",
+    "than",
+    "toward",
+    "towards",
+    "against",
+    "by",
+    "near",
+    "beside",
+    "past",
+    "around",
+    "over",
+    "off",
+    "relative",
+    "as",
+    "vs",
+    "versus",
+    "like",
+    "unlike",
+    "about",
+    "regarding",
+    "before",
+    "after",
+    "above",
+    "alongside",
+    "via",
+    "among",
+];
+
+/// The participants of a scene at a step, for descriptions.
+#[derive(Clone, Copy)]
+pub struct Cast<'a> {
+    /// The scene; nothing is found by description without it.
+    pub scene: Option<&'a Scene>,
+    /// The step.
+    pub step: i64,
+}
+
+/// What a description asks for.
+#[derive(Default)]
+struct Description {
+    noun: Option<Noun>,
+    side: Option<Side>,
+    lane: Option<bool>,
+    is_in_lane: bool,
+    says: Vec<Described>,
+    is_nearest: bool,
+}
+
+impl Cast<'_> {
+    /// The only participant that fits, or where several are ahead or behind in the ego's lane, the nearest of them.
+    fn find(&self, asked: &Description) -> Option<i64> {
+        let scene = self.scene?;
+        let fits_type = |kind: ObstacleType| match asked.noun {
+            Some(Noun::Of(one, other)) => kind == one || kind == other,
+            _ => true,
+        };
+        let mut fitting: Vec<(i64, f64, bool)> = Vec::new();
+        for who in scene.participants() {
+            let Some(encounter) = Encounter::at(scene, &who, self.step) else {
+                continue;
+            };
+            let lane = lane_of(scene, &encounter);
+            let in_lane = match lane {
+                Some(LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind) => true,
+                None => encounter.relation().gap_lat == 0.0,
+                Some(_) => false,
+            };
+            let is_left = matches!(lane, Some(LaneRelation::Left | LaneRelation::FurtherLeft));
+            let is_right = matches!(
+                lane,
+                Some(LaneRelation::Right | LaneRelation::FurtherRight)
+            );
+            let fits = fits_type(who.obstacle.kind)
+                && asked.side.is_none_or(|side| is_at_side(side, &encounter))
+                && asked
+                    .lane
+                    .is_none_or(|left| if left { is_left } else { is_right })
+                && (!asked.is_in_lane || in_lane)
+                && asked.says.iter().all(|said| match said {
+                    Described::Stands => stands(encounter.other),
+                    Described::Is(Predicate::Oncoming) => opposes(&encounter),
+                    Described::Is(Predicate::Crossing) => crosses(&encounter),
+                    // Where no one is both, that is what is wrong.
+                    _ => true,
+                });
+            if fits {
+                fitting.push((who.obstacle.id, encounter.distance(), in_lane));
+            }
+        }
+        let nearest = |all: &[(i64, f64, bool)]| {
+            { all.iter() }
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .map(|one| one.0)
+        };
+        let along = asked.side.is_some_and(|side| side.front.is_some() && side.left.is_none());
+        let in_lane: Vec<_> = fitting.iter().copied().filter(|one| one.2).collect();
+        // Of several the one that is plainly nearer than the others.
+        let plainly = |all: &[(i64, f64, bool)]| {
+            let id = nearest(all)?;
+            let own = { all.iter() }.find(|one| one.0 == id)?.1;
+            let is_plain = { all.iter() }.all(|one| one.0 == id || one.1 > 1.5 * own + 3.0);
+            is_plain.then_some(id)
+        };
+        match fitting.as_slice() {
+            [] => None,
+            [one] => Some(one.0),
+            all if asked.is_nearest => nearest(all),
+            _ if along && !in_lane.is_empty() => nearest(&in_lane),
+            all => plainly(all),
+        }
+    }
+}
+
+/// The references of a sentence; `ids` are those that [`super::mentions::mentions`] has found in it.
+pub fn references(tokens: &[Token], ids: &[Mention], cast: Cast<'_>) -> Vec<Reference> {
+    let reader = Reader { tokens, ids, cast };
+    let mut found: Vec<Reference> = Vec::new();
+    let mut at = 0;
+    while at < tokens.len() {
+        let Some(mut one) = reader.reference(at) else {
+            at += 1;
+            continue;
+        };
+        at = one.at.end;
+        reader.place(&mut one, &found);
+        found.push(one);
+    }
+    found
+}
+
+/// Reads the references of a sentence.
+struct Reader<'a> {
+    tokens: &'a [Token],
+    ids: &'a [Mention],
+    cast: Cast<'a>,
+}
+
+impl<'a> Reader<'a> {
+    fn is(&self, at: usize, words: &[&str]) -> bool {
+        self.tokens.get(at).is_some_and(|token| token.is(words))
+    }
+
+    /// The obstacle whose id a token is.
+    fn id(&self, at: usize) -> Option<&'a Mention> {
+        let token = self.tokens.get(at)?;
+        token.number?;
+        let inside = |m: &&Mention| token.span.contains(&m.span.start);
+        self.ids.iter().find(inside)
+    }
+
+    /// Who a reference that begins at a token names, and where it ends.
+    fn reference(&self, at: usize) -> Option<Reference> {
+        let plain = |who, end| {
+            Some(Reference {
+                at: at..end,
+                who,
+                is_governed: false,
+                is_compared: false,
+                says: Vec::new(),
+                is_nearest: false,
+            })
+        };
+        let token = &self.tokens[at];
+        if let Some(mention) = self.id(at) {
+            let mut one = plain(mention.id.map_or(Named::Other, Named::Obstacle), at + 1)?;
+            one.is_compared = mention.compared;
+            return Some(one);
+        }
+        let noun = ["vehicle", "car", "agent", "driver", "truck"];
+        if token.is(&EGO) {
+            // "Our lead car" is not ours.
+            if token.is(&["my", "our", "your"])
+                && let Some(other) = self.described(at + 1)
+                && !other.says.is_empty()
+            {
+                return Some(Reference {
+                    at: at..other.at.end,
+                    ..other
+                });
+            }
+            let own = if token.is(&["my", "our", "your"]) && self.is(at + 1, &["own"]) {
+                at + 2
+            } else {
+                at + 1
+            };
+            return plain(Named::Ego, own + usize::from(self.is(own, &noun)));
+        }
+        if token.is(&["host", "autonomous", "own", "subject", "test"]) && self.is(at + 1, &noun) {
+            return plain(Named::Ego, at + 2);
+        }
+        if token.is(&["self"]) && self.is(at + 1, &["driving"]) && self.is(at + 2, &noun) {
+            return plain(Named::Ego, at + 3);
+        }
+        if token.is(&IT) {
+            return plain(Named::It, at + 1);
+        }
+        if token.is(&OTHERS) {
+            return plain(Named::Other, at + 1);
+        }
+        if token.is(&["nobody", "none"]) {
+            return plain(Named::Nobody, at + 1);
+        }
+        if token.is(&["no"]) && self.is(at + 1, &["one", "body"]) {
+            return plain(Named::Nobody, at + 2);
+        }
+        self.described(at)
+    }
+
+    /// A noun with what stands before and behind it: "the car ahead of us", "obstacle 7", "another vehicle".
+    fn described(&self, from: usize) -> Option<Reference> {
+        let (mut at, mut asked) = (from, Description::default());
+        let mut says: Vec<(Described, Range<usize>)> = Vec::new();
+        let is_none = self.is(at, &["no"]);
+        let is_several = self.is(at, &SEVERAL);
+        let is_this = self.is(at, &["this", "that"]);
+        let has_determiner = self.is(at, &DETERMINERS);
+        let is_indefinite = self.is(at, &["a", "an"]);
+        // "It is a truck" names no one.
+        let before = from.checked_sub(1);
+        let is_there = before.and_then(|i| i.checked_sub(1)).is_some_and(|i| self.is(i, &["there"]));
+        if is_indefinite && !is_there && before.is_some_and(|i| self.is(i, &["is", "as", "be"])) {
+            return None;
+        }
+        if is_none || is_several || has_determiner {
+            at += 1;
+            if self.is(at, &["the", "of"]) {
+                at += 1 + usize::from(self.is(at + 1, &["the"]));
+            }
+        }
+        let mut is_another = false;
+        let mut is_extreme = false;
+        let mut is_same = is_this;
+        while let Some((adjective, end)) = ADJECTIVES.at(self.tokens, at) {
+            // "Following car 7" is a verb.
+            if !has_determiner && self.is(at, &["following"]) {
+                return None;
+            }
+            match adjective {
+                Adjective::Says(said) => {
+                    if let Described::At(side) = said {
+                        asked.side = Some(side);
+                    } else {
+                        asked.says.push(said);
+                    }
+                    says.push((said, at..end));
+                }
+                Adjective::Nearest => asked.is_nearest = true,
+                Adjective::Extreme => is_extreme = true,
+                Adjective::Another => is_another = true,
+                Adjective::Empty => is_same |= self.is(at, &["same", "said", "given"]),
+            }
+            at = end;
+        }
+        let (noun, mut end) = NOUNS.at(self.tokens, at)?;
+        // "One of them", "one second".
+        if self.is(at, &["one"]) && !has_determiner && says.is_empty() {
+            return None;
+        }
+        // "The delivery truck driver".
+        while let Some((_, further)) = NOUNS.at(self.tokens, end) {
+            end = further;
+        }
+        asked.noun = Some(noun);
+        let last = &self.tokens[end - 1];
+        let is_plural = last.word.ends_with('s') && last.word != last.stem && !last.is(&["bus"]);
+        let is_nearest = asked.is_nearest || is_extreme;
+        let reference = |who, end, says| {
+            Some(Reference {
+                at: from..end,
+                who,
+                is_governed: false,
+                is_compared: false,
+                says,
+                is_nearest,
+            })
+        };
+        // "Obstacle 7", "vehicle (id 7)", "car #7".
+        let id_at = (end..end + 3)
+            .take_while(|i| *i == end || self.is(i - 1, &["id", "(", "number", "no", ":", "ids"]))
+            .find_map(|i| Some((i, self.id(i)?)));
+        if let Some((place, mention)) = id_at {
+            let who = mention.id.map_or(Named::Other, Named::Obstacle);
+            let mut one = reference(who, place + 1, says)?;
+            one.is_compared = mention.compared;
+            return Some(one);
+        }
+        if is_none {
+            return reference(Named::Nobody, end, Vec::new());
+        }
+        if is_several || is_plural || is_another || is_extreme {
+            return reference(Named::Other, end, Vec::new());
+        }
+        // Without an article only the beginning of a note: "Car ahead brakes", "oncoming bus".
+        let is_someone = self.is(from, &["somebody", "someone"]);
+        if !has_determiner && from != 0 && says.is_empty() && !is_someone {
+            return None;
+        }
+        // "Stationary obstacle": what a note says of whom it is about.
+        if !has_determiner && matches!(noun, Noun::Any) && asked.side.is_none() && !is_someone {
+            let stop = self.behind(end, &mut asked, &mut says);
+            return reference(Named::It, stop, says);
+        }
+        if let Noun::Leader | Noun::Follower = noun {
+            let side = Side {
+                front: Some(noun == Noun::Leader),
+                left: None,
+            };
+            asked.side = Some(side);
+            says.push((Described::At(side), at..end));
+        }
+        let stop = self.behind(end, &mut asked, &mut says);
+        is_same &= stop == end;
+        let is_described = asked.side.is_some()
+            || asked.lane.is_some()
+            || !asked.says.is_empty()
+            || asked.is_nearest
+            || matches!(noun, Noun::Of(..) if !is_same);
+        let is_any = matches!(noun, Noun::Any | Noun::Of(ObstacleType::Car, _));
+        let who = if is_same || !is_described {
+            Named::It
+        } else {
+            match self.cast.find(&asked) {
+                Some(id) => Named::Obstacle(id),
+                None if is_any && says.is_empty() && !is_indefinite && !asked.is_nearest => Named::It,
+                None => Named::Other,
+            }
+        };
+        reference(who, stop, says)
+    }
+
+    /// What stands behind a noun and tells where it is: "ahead of us", "on the left", "in the right lane".
+    fn behind(
+        &self,
+        end: usize,
+        asked: &mut Description,
+        says: &mut Vec<(Described, Range<usize>)>,
+    ) -> usize {
+        let mut at = end;
+        while self.tokens.get(at).is_some_and(|t| {
+            t.is(&["directly", "right", "just", "immediately", "currently", "now", "straight"])
+                && !self.is(at + 1, &["lane", "of"])
+        }) {
+            at += 1;
+        }
+        if self.is(at, &["in", "on"]) {
+            let side = (at + 1..at + 4).find(|i| self.is(*i, &["left", "right"]));
+            if let Some(place) = side
+                && self.is(place + 1, &["lane"])
+            {
+                let left = self.is(place, &["left"]);
+                asked.lane = Some(left);
+                says.push((Described::Is(Predicate::NeighbourLane(left)), at..place + 2));
+                return place + 2;
+            }
+        }
+        if let Some((Placed::At(side), stop)) = PLACES.at(self.tokens, at)
+            && asked.side.is_none()
+            // "The car behind 7" is another one.
+            && !(self.is(stop, &["of"]) || self.id(stop).is_some() || self.described(stop).is_some())
+        {
+            asked.side = Some(side);
+            says.push((Described::At(side), at..stop));
+            // "The one behind us in our lane".
+            return self.lane(stop, asked, says).unwrap_or(stop);
+        }
+        self.lane(at, asked, says).unwrap_or(end)
+    }
+
+    /// Where the words end that put it in the ego's lane or in one beside it.
+    fn lane(
+        &self,
+        at: usize,
+        asked: &mut Description,
+        says: &mut Vec<(Described, Range<usize>)>,
+    ) -> Option<usize> {
+        if !self.is(at, &["in"]) {
+            return None;
+        }
+        let (act, end) = VERBS.at(self.tokens, at)?;
+        let Act::Pair(lane @ (Predicate::SameLane | Predicate::NeighbourLane(_))) = act else {
+            return None;
+        };
+        match lane {
+            Predicate::NeighbourLane(left) => asked.lane = Some(left),
+            _ => asked.is_in_lane = true,
+        }
+        says.push((Described::Is(lane), at..end));
+        Some(end)
+    }
+
+    /// Whether a preposition stands before a reference.
+    fn place(&self, one: &mut Reference, found: &[Reference]) {
+        let at = one.at.start;
+        let limit = found.last().map_or(0, |last| last.at.end).min(at);
+        let before = self.tokens[limit..at].iter().rev();
+        let word = { before }
+            .find(|t| !t.is(&["the", "a", "an", "that", "this", "\"", "=", "id", "#", "right", "directly"]))
+            .map(|t| t.word.as_str());
+        // "Between the ego and 7": so is the second one.
+        let is_second = word == Some("and")
+            && found
+                .last()
+                .is_some_and(|last| last.is_governed && last.at.end + 2 >= at);
+        let is_owner = self.is(at, &OWNERS)
+            || self.is(one.at.end, &["'s"])
+            || matches!(one.who, Named::Obstacle(_)) && self.tokens[one.at.end - 1].word.ends_with("'s");
+        one.is_governed = is_owner && !(!one.says.is_empty() && self.is(at, &OWNERS))
+            || is_second
+            || word.is_some_and(|word| PREPOSITIONS.contains(&word));
+        let compares = at > 1
+            && (at.saturating_sub(3)..at).any(|i| {
+                self.is(i, &["compared", "comparison"]) && self.is(i + 1, &["to", "with"])
+            });
+        one.is_compared |= word == Some("than") || compares;
+    }
+}
