@@ -1,13 +1,20 @@
-//! `nearmiss check`: the sentences of a text about a scenario, each held against the scene.
+//! `nearmiss check`: the sentences of texts about scenarios, each held against the scene.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nearmiss_base::system;
-use nearmiss_scene::scenario::Scene;
+use nearmiss_record::CaptionedTable;
+use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_study::evaluation::claims::{
-    CheckedSentence, Judgement, SentenceOutcome, SentenceRecord, Subject, TimeOrigin, sentences,
+    CheckedSentence, Judgement, SentenceOutcome, SentenceRecord, Subject, TimeOrigin, Trace, Waypoint, agreement,
+    sentences, sentences_of, truth_table, waypoints,
 };
+use nearmiss_workflow::span::Span;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::open::{EgoChoice, entry, scene_and_doubts, thresholds_in_use};
 use super::output::{self, FormatOption};
@@ -17,11 +24,12 @@ use super::{Failure, Outcome};
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
 pub struct Check {
-    /// A scenario file, or the name of a bundled scenario.
-    scenario: PathBuf,
+    /// A scenario file, the name of a bundled scenario, or FILE.jsonl with texts about scenarios, one a line.
+    #[arg(required_unless_present = "labelled")]
+    scenario: Option<PathBuf>,
     /// The text: a file, or - for standard input.
     #[arg(long, value_name = "FILE")]
-    text: PathBuf,
+    text: Option<PathBuf>,
     #[command(flatten)]
     ego: EgoChoice,
     /// The present of the text: a time step (32), seconds (3.2s) or worst [default: the last step].
@@ -33,46 +41,224 @@ pub struct Check {
     /// Times in the text count from its present: "0.5 s ago", "at -0.5 s".
     #[arg(long)]
     relative: bool,
+    /// The trajectory that came with the text: JSON, [[t, x, y], …] from the present on.
+    #[arg(long, value_name = "FILE")]
+    trajectory: Option<PathBuf>,
+    /// What the model was shown: numbers that it does not have are called invented.
+    #[arg(long, value_name = "FILE")]
+    prompt: Option<PathBuf>,
+    /// Print how far the rules agree with people on built-in sentences.
+    #[arg(long, conflicts_with_all = ["scenario", "text"])]
+    labelled: bool,
     #[command(flatten)]
     format: FormatOption,
 }
 
 /// Runs `check`.
 pub fn run(arguments: &Check) -> Outcome {
-    let entry = entry(&arguments.scenario)?;
+    let is_json = arguments.format.is_json();
+    let Some(scenario) = &arguments.scenario else {
+        return agree(is_json);
+    };
+    let is_traces = { scenario.extension() }.is_some_and(|end| end == "jsonl");
+    match &arguments.text {
+        None if is_traces => traces(scenario, is_json),
+        None => Err(Failure::input(
+            "say the text with --text FILE, or name a FILE.jsonl of texts",
+        )),
+        Some(text) => one(arguments, (scenario, text)),
+    }
+}
+
+/// The agreement with the built-in labelled sentences.
+fn agree(is_json: bool) -> Outcome {
+    let rows = agreement();
+    if is_json {
+        return rows.iter().try_for_each(output::json);
+    }
+    let table = CaptionedTable::of("", "", &rows).map_err(Failure::input)?;
+    output::text(&table.text())
+}
+
+/// One text about one scenario.
+fn one(arguments: &Check, (scenario, file): (&Path, &Path)) -> Outcome {
+    let entry = entry(scenario)?;
     let ego = arguments.ego.wanted(std::slice::from_ref(&entry))?;
     let (scene, doubts) = scene_and_doubts(&entry, &ego)?;
     doubts.iter().for_each(|said| output::say(said));
-    let text = text(&arguments.text)?;
-    let span = nearmiss_workflow::span::Span {
-        at: arguments.at,
-        history: Some(arguments.history as usize),
-        obstacle: None,
+    let told = text(file)?;
+    let prompt = arguments.prompt.as_deref().map(text).transpose()?;
+    let way = match &arguments.trajectory {
+        Some(file) => {
+            let rows: Vec<[f64; 3]> = serde_json::from_str(&text(file)?).map_err(|error| {
+                Failure::input(format!("{}: no [[t, x, y], …]: {error}", file.display()))
+            })?;
+            waypoints(&rows)
+        }
+        None => Vec::new(),
     };
-    let window = span
-        .window(
-            &scene,
-            &thresholds_in_use()?,
-            None,
-            arguments.history as usize,
-        )
+    let times = origin(arguments.relative);
+    let window = window(&scene, arguments.at, arguments.history)
         .map_err(|why| Failure::input(format!("{}: {why}", entry.display())))?;
     let subject = Subject {
-        scene: &scene,
-        times: if arguments.relative {
-            TimeOrigin::WindowEnd
-        } else {
-            TimeOrigin::Recording
-        },
-        window: Some((window.first(), window.last())),
+        prompt: prompt.as_deref(),
+        trajectory: &way,
+        ..Subject::new(&scene, times, Some((window.first(), window.last())))
     };
-    let found = sentences(&text, &subject);
+    let found = sentences(&told, &subject);
     if arguments.format.is_json() {
         return { found.iter() }
-            .map(|sentence| SentenceRecord::new(&text, sentence, scene.ego.id))
+            .map(|sentence| SentenceRecord::new(&told, sentence, &subject))
             .try_for_each(|record| output::json(&record));
     }
-    output::text(&words(&text, &found, &scene))
+    output::text(&words(&told, &found, &scene))
+}
+
+fn origin(is_relative: bool) -> TimeOrigin {
+    if is_relative {
+        TimeOrigin::WindowEnd
+    } else {
+        TimeOrigin::Recording
+    }
+}
+
+fn window(scene: &Scene, at: Option<At>, history: u32) -> Result<Window, String> {
+    let span = Span {
+        at,
+        history: Some(history as usize),
+        obstacle: None,
+    };
+    let thresholds = thresholds_in_use().map_err(|why| why.message)?;
+    let found = span.window(scene, &thresholds, None, history as usize);
+    found.map_err(|why| why.to_string())
+}
+
+/// A sentence of a trace.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct TraceRecord {
+    /// The line of the file, from 1.
+    line: usize,
+    /// The model.
+    model: Option<String>,
+    /// The scenario as the line names it.
+    scenario: String,
+    #[serde(flatten)]
+    sentence: SentenceRecord,
+}
+
+/// The model of a trace that names none.
+const UNNAMED: &str = "unnamed";
+
+/// Texts about scenarios, one a line, and how true they are by model and kind of claim.
+fn traces(file: &Path, is_json: bool) -> Outcome {
+    let read = text(file)?;
+    let at = |line: usize, why: &dyn std::fmt::Display| {
+        Failure::input(format!("{}:{line}: {why}", file.display()))
+    };
+    let mut all: Vec<(usize, Trace)> = Vec::new();
+    for (place, line) in read.lines().enumerate() {
+        if !line.trim().is_empty() {
+            all.push((place + 1, Trace::read(line).map_err(|why| at(place + 1, &why))?));
+        }
+    }
+    if all.is_empty() {
+        return Err(Failure::input(format!("{}: no line with a text", file.display())));
+    }
+    // A scenario is opened once, however many texts are about it; files are beside the file that names them.
+    let mut scenes: BTreeMap<(PathBuf, Option<String>), Arc<Scene>> = BTreeMap::new();
+    for (line, trace) in &all {
+        let key = (trace.scenario.clone(), trace.ego.clone());
+        if scenes.contains_key(&key) {
+            continue;
+        }
+        let beside = file.parent().unwrap_or(Path::new("")).join(&trace.scenario);
+        let path = if beside.exists() { beside } else { trace.scenario.clone() };
+        let open = || -> Result<Arc<Scene>, Failure> {
+            let entry = entry(&path)?;
+            let ego = EgoChoice::said(trace.ego.as_deref()).wanted(std::slice::from_ref(&entry))?;
+            let (scene, doubts) = scene_and_doubts(&entry, &ego)?;
+            doubts.iter().for_each(|said| output::say(said));
+            Ok(scene)
+        };
+        scenes.insert(key, open().map_err(|why| at(*line, &why.message))?);
+    }
+    let ways: Vec<Vec<Waypoint>> = { all.iter() }
+        .map(|(_, trace)| waypoints(&trace.trajectory))
+        .collect();
+    let mut texts: Vec<(Subject<'_>, &str)> = Vec::new();
+    for ((line, trace), way) in all.iter().zip(&ways) {
+        let scene = &scenes[&(trace.scenario.clone(), trace.ego.clone())];
+        let when = trace.step.map(At::Step).or(trace.time.map(At::Seconds));
+        let window = window(scene, when, trace.history.unwrap_or(HISTORY).max(1)).map_err(|why| at(*line, &why))?;
+        let subject = Subject {
+            prompt: trace.prompt.as_deref(),
+            trajectory: way,
+            ..Subject::new(scene, origin(trace.relative), Some((window.first(), window.last())))
+        };
+        texts.push((subject, &trace.text));
+    }
+    let found = sentences_of(&texts);
+    if is_json {
+        for (((line, trace), (subject, text)), sentences) in all.iter().zip(&texts).zip(&found) {
+            for sentence in sentences {
+                output::json(&TraceRecord {
+                    line: *line,
+                    model: trace.model.clone(),
+                    scenario: trace.scenario.display().to_string(),
+                    sentence: SentenceRecord::new(text, sentence, subject),
+                })?;
+            }
+        }
+        return Ok(());
+    }
+    output::text(&truth(&all, &found)?)
+}
+
+/// The steps that a trace was told of where it does not say.
+const HISTORY: u32 = 10;
+
+/// The table of claims by model and kind, and what sentences came to.
+fn truth(all: &[(usize, Trace)], found: &[Vec<CheckedSentence>]) -> Result<String, Failure> {
+    let names: Vec<(&str, String)> = { all.iter() }
+        .map(|(_, trace)| {
+            let model = trace.model.as_deref().unwrap_or(UNNAMED);
+            (model, trace.scenario.display().to_string())
+        })
+        .collect();
+    let texts = { names.iter().zip(found) }
+        .map(|((model, scenario), sentences)| (*model, scenario.as_str(), sentences.as_slice()));
+    let rows = truth_table(texts);
+    let table = CaptionedTable::of("", "", &rows).map_err(Failure::input)?;
+    let mut told = table.text();
+    let models: BTreeSet<&str> = names.iter().map(|name| name.0).collect();
+    for model in models {
+        let own = names.iter().zip(found).filter(|(name, _)| name.0 == model);
+        let sentences: Vec<CheckedSentence> = own.flat_map(|(_, all)| all.iter().cloned()).collect();
+        told += &format!(
+            "{}: {}\n",
+            output::visible(model),
+            tally(&sentences)
+        );
+    }
+    Ok(told)
+}
+
+/// What sentences come to, in words.
+fn tally(found: &[CheckedSentence]) -> String {
+    let counts = SentenceOutcome::ALL.iter().zip(CheckedSentence::counts(found));
+    let counts: Vec<String> = counts
+        .map(|(outcome, count)| format!("{} {count}", outcome.name().replace('_', " ")))
+        .collect();
+    let mut told = format!("{}: {}", output::counted(found.len(), "sentence"), counts.join(", "));
+    let against = found.iter().filter(|one| !one.contradicts.is_empty()).count();
+    if against > 0 {
+        told += &format!("; {against} contradict another one");
+    }
+    let invented: usize = found.iter().map(|one| one.invented.len()).sum();
+    if invented > 0 {
+        told += &format!("; {}", output::counted(invented, "invented number"));
+    }
+    told
 }
 
 /// The longest text, bytes.
@@ -115,18 +301,19 @@ fn words(text: &str, found: &[CheckedSentence], scene: &Scene) -> String {
             };
             lines += &format!("  {sign} {}\n", output::visible(&claim.line()));
         }
+        for place in &sentence.invented {
+            let claim = &sentence.claims[*place];
+            lines += &format!("  ! {} is not in the prompt\n", claim.stated());
+        }
+        for span in &sentence.contradicts {
+            let other = output::visible(text.get(span.clone()).unwrap_or_default());
+            lines += &format!("  ! contradicts: {other}\n");
+        }
     }
-    let count =
-        |outcome: SentenceOutcome| found.iter().filter(|one| one.outcome == outcome).count();
-    let counts = SentenceOutcome::ALL
-        .iter()
-        .map(|outcome| format!("{} {}", outcome.name().replace('_', " "), count(*outcome)));
-    let counts: Vec<String> = counts.collect();
-    let named = output::counted(found.len(), "sentence");
     lines
         + &format!(
-            "{named} about {}: {}\n",
-            output::visible(&scene.scenario.header.benchmark_id),
-            counts.join(", ")
+            "{} about {}\n",
+            tally(found),
+            output::visible(&scene.scenario.header.benchmark_id)
         )
 }

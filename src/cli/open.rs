@@ -59,6 +59,13 @@ pub struct EgoChoice {
 }
 
 impl EgoChoice {
+    /// As if it were said on the command line.
+    pub fn said(ego: Option<&str>) -> Self {
+        Self {
+            ego: ego.map(PathBuf::from),
+        }
+    }
+
     /// Who that is in these scenarios; a planner drives in them first.
     ///
     /// # Errors

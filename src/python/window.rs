@@ -10,7 +10,9 @@ use nearmiss_scene::verdict::{self, ParsedAnswer, Task};
 use nearmiss_settings::Folders;
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::batch::Experiment;
-use nearmiss_study::evaluation::claims::{SentenceRecord, Subject, TimeOrigin, sentences};
+use nearmiss_study::evaluation::claims::{
+    SentenceRecord, Subject, TimeOrigin, sentences, waypoints,
+};
 use nearmiss_study::evaluation::{AttackTerms, Question, RunOptions, validate};
 use nearmiss_workflow::span::Span;
 use nearmiss_workflow::{
@@ -336,15 +338,19 @@ async fn asked_to_end(cancel: &Cancel) {
 /// `step`, `stated`, `actual`, `unit` and `truth` in words. Sentences that say nothing of the scene are not in it.
 ///
 /// text: the reasoning of a model, or anyone's. window: what the text is about, as steps (first, last) or a Window; times and
-/// "now" are read by it.
+/// "now" are read by it. prompt: what the model was shown; numbers of claims that it does not have are `invented`. trajectory:
+/// what came with the text, [(t, x, y), ...] from the present on; what the ego is said to do is held against it.
 #[pyfunction]
-#[pyo3(signature = (text, scenario, window=None))]
+#[pyo3(signature = (text, scenario, window=None, *, prompt=None, trajectory=None))]
 pub fn check<'py>(
     py: Python<'py>,
     text: String,
     scenario: &Scenario,
     window: Option<&Bound<'py, PyAny>>,
+    prompt: Option<String>,
+    trajectory: Option<Vec<[f64; 3]>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let way = waypoints(&trajectory.unwrap_or_default());
     let (steps, times) = match window {
         None => (None, TimeOrigin::default()),
         Some(given) => match (given.cast::<Window>(), given.extract()) {
@@ -362,12 +368,12 @@ pub fn check<'py>(
     let scene = Arc::clone(scenario.scene()?);
     let found = work::run(py, move |_| {
         let subject = Subject {
-            scene: &scene,
-            times,
-            window: steps,
+            prompt: prompt.as_deref(),
+            trajectory: &way,
+            ..Subject::new(&scene, times, steps)
         };
         let found = sentences(&text, &subject);
-        let record = |one| SentenceRecord::new(&text, one, scene.ego.id);
+        let record = |one| SentenceRecord::new(&text, one, &subject);
         found.iter().map(record).collect::<Vec<_>>()
     })?;
     json(py, &found)

@@ -165,11 +165,7 @@ fn look(
     };
     let renumbered = matches!(transform, Some(Transform::Renumber(_)));
     for one in told {
-        let subject = claims::Subject {
-            scene: &scene,
-            times: one.times,
-            window: one.window,
-        };
+        let subject = claims::Subject::new(&scene, one.times, one.window);
         let checked = claims::checked(&one.text, &subject);
         seen.claims
             .push((one.place, ShownClaim::all(&one.text, &checked)));

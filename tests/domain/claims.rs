@@ -59,11 +59,7 @@ fn claims_in_recorded_answers_are_found_and_mostly_hold() {
             continue;
         }
         answers += 1;
-        let subject = Subject {
-            scene,
-            times: TimeOrigin::from_messages(&run.question.messages),
-            window: run.question.window,
-        };
+        let subject = Subject::new(scene, TimeOrigin::from_messages(&run.question.messages), run.question.window);
         let all = checked(&run.answer, &subject);
         with += usize::from(!all.is_empty());
         for found in &all {

@@ -4,7 +4,7 @@ use nearmiss_base::system::KeyBinding;
 use nearmiss_drive::driver::DriverRecord;
 use nearmiss_store::{BatchRecord, ImageRecord, QuestionRecord, RatingRecord, RunRecord, Summary};
 use nearmiss_study::evaluation::batch::QuestionLine;
-use nearmiss_study::evaluation::claims::SentenceRecord;
+use nearmiss_study::evaluation::claims::{AgreementRow, SentenceRecord};
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
@@ -35,6 +35,8 @@ macro_rules! outputs {
 outputs! {
     AskDocument<'_> = "ask": "`ask --format json`: one answer";
     SentenceRecord = "check": "`check --format json`: a sentence with its claims a line";
+    check::TraceRecord = "check-traces": "`check FILE.jsonl --format json`: a sentence of a text a line";
+    AgreementRow = "check-labelled": "`check --labelled --format json`: sentences of a style a line";
     ask::AskDryRun<'_> = "ask-dry-run": "`ask --dry-run --format json`: what a question would take";
     batches::Document = "runs-batches": "`runs batches --format json`: one batch at a provider a line";
     generate::CheckDocument = "generate-check": "`generate --check --format json`: a variant against its original";

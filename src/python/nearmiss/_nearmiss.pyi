@@ -201,7 +201,12 @@ def ask(
 ) -> dict[str, Any]: ...
 def read_verdict(window: Window, answer: str) -> dict[str, Any]: ...
 def check(
-    text: str, scenario: Scenario, window: tuple[int, int] | Window | None = None
+    text: str,
+    scenario: Scenario,
+    window: tuple[int, int] | Window | None = None,
+    *,
+    prompt: str | None = None,
+    trajectory: Sequence[tuple[float, float, float]] | None = None,
 ) -> list[dict[str, Any]]: ...
 def plan(
     scenario: Scenario,

@@ -212,11 +212,7 @@ impl Answer {
     /// Its claims about the obstacles of the scene that it is about.
     #[must_use]
     pub fn claims(&self, scene: &Scene) -> ClaimCounts {
-        let subject = Subject {
-            scene,
-            times: self.times,
-            window: self.window,
-        };
+        let subject = Subject::new(scene, self.times, self.window);
         count(&self.reasoning, &self.text, &subject)
     }
 

@@ -282,11 +282,7 @@ pub fn reopened(model: &mut Model, id: OpenId) {
 /// The obstacle that an answer calls most dangerous, else the first that it says something of.
 fn foremost(model: &Model, answer: &Answer) -> Option<i64> {
     let scene = model.scene()?;
-    let subject = Subject {
-        scene,
-        times: answer.times,
-        window: answer.window,
-    };
+    let subject = Subject::new(scene, answer.times, answer.window);
     let worst = answer.verdict().and_then(Verdict::foremost);
     let other = match &answer.judged {
         JudgeOutcome::Other(reading) => reading.said.named(),

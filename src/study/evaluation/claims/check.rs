@@ -6,6 +6,7 @@ use nearmiss_base::geometry::{Point, angle_between};
 use nearmiss_scene::metrics::{Contact, Encounter, Relation, RiskAspect, measure, paper};
 use nearmiss_scene::scenario::{Motion, Participant};
 
+use super::plans::follow;
 use super::worded::{Known, axis_word, own_motion, risk, state};
 use super::{Claim, ClaimedValue, Counted, Predicate, Quantity, Side, Subject};
 
@@ -122,6 +123,16 @@ impl CheckedClaim {
         }
     }
 
+    /// Whom it is about, in a word.
+    #[must_use]
+    pub fn who(&self) -> String {
+        if self.claim.is_of_ego {
+            "ego".into()
+        } else {
+            self.claim.obstacle.to_string()
+        }
+    }
+
     /// As one line: `30308: claimed 3.2 m, actual 7.9 m (distance, step 14)`.
     #[must_use]
     pub fn line(&self) -> String {
@@ -140,10 +151,7 @@ impl CheckedClaim {
         };
         let (stated, step) = (self.stated(), self.step);
         // A contact is named by what is claimed.
-        let (id, is_contact) = (
-            self.claim.obstacle,
-            self.claim.stated == ClaimedValue::Contact,
-        );
+        let (id, is_contact) = (self.who(), self.claim.stated == ClaimedValue::Contact);
         let about = if is_contact {
             String::new()
         } else {
@@ -162,7 +170,7 @@ impl CheckedClaim {
     pub fn short_line(&self) -> String {
         format!(
             "{}: {}, actual {}",
-            self.claim.obstacle,
+            self.who(),
             self.stated(),
             self.is
         )
@@ -200,6 +208,17 @@ impl CheckedClaim {
 #[must_use]
 pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     let step = claim.step.unwrap_or_else(|| subject.present());
+    if let (Quantity::Plan, ClaimedValue::Word { predicate, is_denied }) = (claim.quantity, claim.stated) {
+        let (judgement, is) = follow(predicate, is_denied, subject.trajectory);
+        return CheckedClaim {
+            claim,
+            step,
+            truth: None,
+            is,
+            basis: ClaimBasis::Exact,
+            judgement,
+        };
+    }
     if claim.is_past && claim.step.is_none() {
         return remembered(&claim, subject, step);
     }
@@ -646,14 +665,6 @@ fn exact_in(
     least.into_iter().chain(ever).collect()
 }
 
-/// The first number of the exact bodies with its unit.
-fn worded_at(quantity: Quantity, encounter: &Encounter<'_>, decimals: u8) -> String {
-    let first = exact(quantity, encounter).first().copied();
-    first.map_or("none".into(), |truth| {
-        worded(quantity, truth, decimals, false)
-    })
-}
-
 /// A true number with its unit; where only `sizes` are compared, words say what its minus means.
 fn worded(quantity: Quantity, truth: f64, decimals: u8, sizes: bool) -> String {
     let decimals = usize::from(decimals.max(1));
@@ -722,6 +733,7 @@ fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
         | Quantity::Way
         | Quantity::Comparison
         | Quantity::Count
+        | Quantity::Plan
         | Quantity::Risk
         | Quantity::Position
         | Quantity::Arithmetic => Vec::new(),

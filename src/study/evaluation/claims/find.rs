@@ -19,6 +19,8 @@ pub struct MentionContext<'a> {
     pub scene: Option<&'a Scene>,
     /// The step that is meant where none is named.
     pub present: i64,
+    /// Whether a trajectory came with the text: what the ego is to do is held against it.
+    pub has_trajectory: bool,
     /// Ids of the obstacles.
     pub ids: &'a BTreeSet<i64>,
     /// The ego's id, which no obstacle has.
@@ -232,6 +234,7 @@ fn read(
         start,
         above,
         asks_place,
+        has_trajectory: world.has_trajectory,
         step,
     };
     let mut claims = sentence.claims();

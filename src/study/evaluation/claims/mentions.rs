@@ -230,6 +230,7 @@ mod tests {
         let world = MentionContext {
             scene: None,
             present: 0,
+            has_trajectory: false,
             ids: &ids,
             ego: 9,
             dt: 0.1,

@@ -5,17 +5,21 @@
 
 mod check;
 mod clauses;
+mod consistency;
 mod find;
+mod labelled;
 mod mentions;
 mod number;
 mod phrases;
 mod places;
+mod plans;
 mod record;
 mod references;
 mod score;
 mod sentence;
 mod sentences;
 mod tokens;
+mod traces;
 mod verbs;
 mod worded;
 
@@ -29,7 +33,9 @@ use nearmiss_scene::verdict::{ReasonedAnswer, reasons_first};
 use nearmiss_store::ClaimCounts;
 
 pub use check::{CheckedClaim, ClaimBasis, Judgement, TOLERANCES, check};
+pub use labelled::{AgreementRow, agreement};
 pub use record::{ClaimRecord, SentenceRecord};
+pub use traces::{Trace, TraceError, TruthRow, sentences_of, truth_table, waypoints};
 pub use sentences::{CheckedSentence, SentenceOutcome, sentences};
 
 /// The quantity a claim states about an obstacle.
@@ -85,6 +91,8 @@ pub enum Quantity {
     Comparison,
     /// How many are somewhere or do something.
     Count,
+    /// What the ego is said to do next, held against the trajectory that came with it.
+    Plan,
     /// Its risk score, 0 to 5.
     Risk,
     /// Where it is on the map.
@@ -106,6 +114,7 @@ impl Quantity {
             Self::Heading => "heading",
             Self::Comparison => "comparison",
             Self::Count => "count",
+            Self::Plan => "plan",
             Self::GapLong => "gap longitudinal",
             Self::GapLat => "gap lateral",
             Self::Ttc => "TTC",
@@ -148,6 +157,7 @@ impl Quantity {
             | Self::Way
             | Self::Comparison
             | Self::Count
+            | Self::Plan
             | Self::Risk
             | Self::Position
             | Self::Arithmetic => "",
@@ -266,6 +276,8 @@ pub enum Predicate {
     Oncoming,
     /// It is not at rest.
     Moving,
+    /// It comes to a stop.
+    Stops,
     /// It turns to the left (true) or right.
     Turning(bool),
     /// Its way crosses that of the ego.
@@ -353,6 +365,7 @@ impl Predicate {
             | Self::Accelerating
             | Self::Steady
             | Self::Moving
+            | Self::Stops
             | Self::Turning(_)
             | Self::Crossing
             | Self::ChangesLane
@@ -390,6 +403,7 @@ impl std::fmt::Display for Predicate {
             Self::FasterThanEgo => f.write_str("faster than the ego"),
             Self::SlowerThanEgo => f.write_str("slower than the ego"),
             Self::Moving => f.write_str("moving"),
+            Self::Stops => f.write_str("stopping"),
             Self::Turning(left) => write!(f, "turning {}", if *left { "left" } else { "right" }),
             Self::Crossing => f.write_str("crossing"),
             Self::ChangesLane => f.write_str("changing lanes"),
@@ -434,6 +448,8 @@ pub struct Claim {
     pub span: Range<usize>,
     /// Which obstacle, or the ego.
     pub obstacle: i64,
+    /// Whether that is the ego.
+    pub is_of_ego: bool,
     /// Whether it is said of a time before: at any step up to the present.
     pub is_past: bool,
     /// Whether its own sentence names the obstacle, not only what it stands under.
@@ -468,6 +484,17 @@ impl TimeOrigin {
     }
 }
 
+/// Where the ego is to be at a time: of a trajectory that came with a text.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Waypoint {
+    /// Seconds from the present.
+    pub time: f64,
+    /// Metres, in any frame that does not move.
+    pub x: f64,
+    /// Metres.
+    pub y: f64,
+}
+
 /// The scene a text is about.
 #[derive(Debug, Clone)]
 pub struct Subject<'a> {
@@ -477,9 +504,25 @@ pub struct Subject<'a> {
     pub times: TimeOrigin,
     /// First and last step that were described; `None` if that is not known.
     pub window: Option<(i64, i64)>,
+    /// What the model was shown, where that is known: numbers that are not in it are invented.
+    pub prompt: Option<&'a str>,
+    /// The trajectory that came with the text; empty if none did.
+    pub trajectory: &'a [Waypoint],
 }
 
-impl Subject<'_> {
+impl<'a> Subject<'a> {
+    /// A scene whose text has times of this origin, and that was described in these steps.
+    #[must_use]
+    pub fn new(scene: &'a Scene, times: TimeOrigin, window: Option<(i64, i64)>) -> Self {
+        Self {
+            scene,
+            times,
+            window,
+            prompt: None,
+            trajectory: &[],
+        }
+    }
+
     /// The step that is meant where none is named: the last of the window, else of the recording.
     #[must_use]
     pub fn present(&self) -> i64 {
@@ -502,6 +545,7 @@ pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
     let world = find::MentionContext {
         scene: Some(subject.scene),
         present: subject.present(),
+        has_trajectory: !subject.trajectory.is_empty(),
         ids: &ids,
         ego: subject.scene.ego.id,
         dt: subject.scene.scenario.dt(),

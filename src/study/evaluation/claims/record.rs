@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{CheckedClaim, CheckedSentence, Judgement, SentenceOutcome};
+use std::ops::Range;
+
+use super::{CheckedClaim, CheckedSentence, Judgement, SentenceOutcome, Subject};
 
 /// A sentence that says something of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -14,6 +16,8 @@ pub struct SentenceRecord {
     pub outcome: SentenceOutcome,
     /// Its claims.
     pub claims: Vec<ClaimRecord>,
+    /// Sentences that cannot be true beside it.
+    pub contradicts: Vec<String>,
 }
 
 /// A claim with the truth beside it.
@@ -39,23 +43,31 @@ pub struct ClaimRecord {
     pub unit: &'static str,
     /// The truth, in words.
     pub truth: String,
+    /// Whether its number does not hold and is none of those that the model was shown; null where that is not known.
+    pub invented: Option<bool>,
 }
 
 impl SentenceRecord {
-    /// Of a sentence of a text, about a scene whose ego has this id.
+    /// Of a sentence of a text.
     #[must_use]
-    pub fn new(text: &str, sentence: &CheckedSentence, ego: i64) -> Self {
-        let claims = sentence.claims.iter();
+    pub fn new(text: &str, sentence: &CheckedSentence, subject: &Subject<'_>) -> Self {
+        let ego = subject.scene.ego.id;
+        let said = |span: &Range<usize>| text.get(span.clone()).unwrap_or_default().to_owned();
+        let claims = sentence.claims.iter().enumerate();
+        let invented = |place| subject.prompt.map(|_| sentence.invented.contains(&place));
         Self {
             text: text.get(sentence.span.clone()).unwrap_or_default().into(),
             outcome: sentence.outcome,
-            claims: claims.map(|one| ClaimRecord::new(text, one, ego)).collect(),
+            claims: claims
+                .map(|(place, one)| ClaimRecord::new(text, one, (ego, invented(place))))
+                .collect(),
+            contradicts: sentence.contradicts.iter().map(said).collect(),
         }
     }
 }
 
 impl ClaimRecord {
-    fn new(text: &str, one: &CheckedClaim, ego: i64) -> Self {
+    fn new(text: &str, one: &CheckedClaim, (ego, invented): (i64, Option<bool>)) -> Self {
         let (outcome, why) = match one.judgement {
             Judgement::Right => (SentenceOutcome::Right, None),
             Judgement::Wrong => (SentenceOutcome::Wrong, None),
@@ -72,6 +84,7 @@ impl ClaimRecord {
             actual: one.truth.filter(|truth| truth.is_finite()),
             unit: one.claim.quantity.unit(),
             truth: one.is.clone(),
+            invented,
         }
     }
 }

@@ -6,6 +6,7 @@ use super::number::{
     Number, Unit, axis, find_axis, from_ego, only_axis, scale, without_reference,
 };
 use super::phrases;
+use super::plans;
 use super::places::{PLACES, Placed};
 use super::references::{Named, Reference};
 use super::score;
@@ -35,6 +36,8 @@ pub struct Sentence<'a> {
     pub ego: i64,
     /// Whether it is a field or a cell that asks for a place.
     pub asks_place: bool,
+    /// Whether a trajectory came with the text.
+    pub has_trajectory: bool,
     /// The step that it names, or that was named for it.
     pub step: Option<i64>,
 }
@@ -252,6 +255,9 @@ impl Sentence<'_> {
             asks_place: self.asks_place,
             lower: self.lower,
         };
+        if self.has_trajectory {
+            found.extend(self.plans());
+        }
         for clause in self.clauses {
             if let Some((span, stated)) = speech.count(clause, self.numbers) {
                 found.push(self.claim(span, (self.ego, false), Quantity::Count, stated));
@@ -270,10 +276,8 @@ impl Sentence<'_> {
         }
         let risks = score::risks(self.lower, self.above, self.numbers);
         let lanelets = score::lanelets(self.lower);
-        for (span, quantity, value) in risks.into_iter().chain(lanelets) {
-            self.said_of_one(span, quantity, value, &mut found);
-        }
-        for (span, quantity, value) in score::never(self.lower, self.above) {
+        let never = score::never(self.lower, self.above);
+        for (span, quantity, value) in risks.into_iter().chain(lanelets).chain(never) {
             self.said_of_one(span, quantity, value, &mut found);
         }
         for (span, quantity, value) in score::written(self.lower, self.numbers) {
@@ -284,6 +288,22 @@ impl Sentence<'_> {
         }
         found.sort_by_key(|claim| claim.span.start);
         found.dedup_by(|a, b| a == b);
+        found
+    }
+
+    /// What the ego is said to do next.
+    fn plans(&self) -> Vec<Claim> {
+        let mut found = Vec::new();
+        for clause in self.clauses {
+            for (at, predicate, is_denied) in plans::plans(self.tokens, clause) {
+                let span = self.tokens[at.start].span.start..self.tokens[at.end - 1].span.end;
+                let value = ClaimedValue::Word {
+                    predicate,
+                    is_denied,
+                };
+                found.push(self.claim(span, (self.ego, false), Quantity::Plan, value));
+            }
+        }
         found
     }
 
@@ -693,6 +713,7 @@ impl Sentence<'_> {
         Claim {
             span: self.start + span.start..self.start + span.end,
             obstacle,
+            is_of_ego: obstacle == self.ego,
             is_past,
             named: self.references.iter().any(named),
             quantity,

@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
 use super::number::{Number, Unit, numbers};
 use super::tokens::{has_word, is_foreign};
-use super::{CheckedClaim, Judgement, Subject, checked, find};
+use super::consistency::contradictions;
+use super::{CheckedClaim, ClaimedValue, Judgement, Quantity, Subject, checked, find};
 
 /// What a sentence comes to.
 #[derive(
@@ -22,6 +23,7 @@ use super::{CheckedClaim, Judgement, Subject, checked, find};
     Ord,
     IntoStaticStr,
     VariantArray,
+    Deserialize,
     Serialize,
     JsonSchema,
 )]
@@ -49,6 +51,10 @@ pub struct CheckedSentence {
     pub outcome: SentenceOutcome,
     /// Its claims, in their order.
     pub claims: Vec<CheckedClaim>,
+    /// The sentences that it contradicts, bytes.
+    pub contradicts: Vec<Range<usize>>,
+    /// The claims, by their place, whose number is invented: it does not hold, and what the model was shown does not have it.
+    pub invented: Vec<usize>,
 }
 
 /// Beginnings of words that state how something moves, in which lane it is, or that it touches.
@@ -118,6 +124,10 @@ pub fn sentences(text: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
     let mut claims = checked(text, subject);
     claims.sort_by_key(|checked| checked.claim.span.start);
     let mut found = Vec::new();
+    let told = subject.prompt.map(|prompt| {
+        let all = numbers(prompt).into_iter();
+        all.map(|number| number.value).collect::<Vec<f64>>()
+    });
     for Part { span, is_data } in parts(text) {
         let Range { start: begin, end } = span.clone();
         let own: Vec<CheckedClaim> = { claims.iter() }
@@ -141,13 +151,43 @@ pub fn sentences(text: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
         } else {
             SentenceOutcome::Right
         };
+        let invented = { own.iter().enumerate() }
+            .filter(|(_, claim)| told.as_ref().is_some_and(|told| is_invented(claim, told)))
+            .map(|(place, _)| place)
+            .collect();
         found.push(CheckedSentence {
             span,
             outcome,
             claims: own,
+            contradicts: Vec::new(),
+            invented,
         });
     }
+    let all: Vec<(Range<usize>, &[CheckedClaim])> = { found.iter() }
+        .map(|one| (one.span.clone(), one.claims.as_slice()))
+        .collect();
+    let against = contradictions(&all);
+    for (one, against) in found.iter_mut().zip(against) {
+        one.contradicts = against;
+    }
     found
+}
+
+/// Whether a number of a claim that does not hold is none of those that were told, as they were printed or rounded.
+fn is_invented(checked: &CheckedClaim, told: &[f64]) -> bool {
+    let ClaimedValue::Number {
+        value, decimals, ..
+    } = checked.claim.stated
+    else {
+        return false;
+    };
+    let half = 0.5 * 10_f64.powi(-i32::from(decimals)) + 1e-9;
+    let is_told = |told: &f64| (told.abs() - value.abs()).abs() <= half;
+    checked.judgement != Judgement::Right
+        && decimals > 0
+        && value.is_finite()
+        && checked.claim.quantity != Quantity::Plan
+        && !told.iter().any(is_told)
 }
 
 /// A sentence, list item or table row, and whether it is data: code or JSON.

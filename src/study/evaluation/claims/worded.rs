@@ -48,6 +48,7 @@ pub fn state(
         | Predicate::Accelerating
         | Predicate::Steady
         | Predicate::Moving
+        | Predicate::Stops
         | Predicate::Turning(_)
         | Predicate::ChangesLane => {
             let was = before.as_ref().map(|before| before.other);
@@ -265,6 +266,13 @@ pub fn own_motion<'m>(
                 is: format!("{:.1} m/s²", own + 0.0),
             }
         }
+        Predicate::Stops => Known {
+            holds: match now.velocity.abs() {
+                speed if speed < STANDING => Ok(true),
+                _ => Err("it may stop later"),
+            },
+            is: format!("{:.1} m/s", now.velocity.abs()),
+        },
         Predicate::Moving => Known {
             holds: match now.velocity.abs() {
                 speed if speed < STANDING => Ok(false),

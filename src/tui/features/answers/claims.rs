@@ -135,11 +135,7 @@ impl Computation for CheckClaims {
 
     fn compute(self) -> Self::Value {
         let Self(document, scene) = self;
-        let subject = Subject {
-            scene: &scene,
-            times: document.times,
-            window: document.window,
-        };
+        let subject = Subject::new(&scene, document.times, document.window);
         let checked = checked(&document.text, &subject);
         let unread = not_understood(&document.text, &subject);
         (document.key, TextClaims::new(checked, unread))

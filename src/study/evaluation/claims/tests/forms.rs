@@ -197,11 +197,7 @@ fn a_subheading_keeps_the_obstacle_of_the_heading_above_and_a_summary_does_not()
 fn a_standstill_and_a_contact_are_held_against_the_geometry() {
     let scene = scene();
     let (a, _, window) = cast(&scene);
-    let subject = Subject {
-        scene: &scene,
-        times: TimeOrigin::Recording,
-        window: Some(window),
-    };
+    let subject = Subject::new(&scene, TimeOrigin::Recording, Some(window));
     for text in [
         format!("Obstacle {a} is stationary."),
         format!("Obstacle {a} has collided with the ego vehicle."),

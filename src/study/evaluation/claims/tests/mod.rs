@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod forms;
+mod random;
 mod words;
 
 use nearmiss_formats::bundled;
@@ -38,11 +39,7 @@ fn relation(scene: &Scene, id: i64, step: i64) -> nearmiss_scene::metrics::Relat
 /// What is found: whom, what, the words, the step named.
 fn found(text: &str) -> Vec<(i64, Quantity, String, Option<i64>)> {
     let scene = scene();
-    let subject = Subject {
-        scene: &scene,
-        times: TimeOrigin::Recording,
-        window: None,
-    };
+    let subject = Subject::new(&scene, TimeOrigin::Recording, None);
     let claims = find(text, &subject).into_iter();
     claims
         .map(|c| (c.obstacle, c.quantity, text[c.span].to_string(), c.step))
@@ -212,11 +209,7 @@ fn what_is_not_plain_is_left_alone() {
 fn claims_are_held_against_the_geometry() {
     let scene = scene();
     let (a, _, window) = cast(&scene);
-    let subject = Subject {
-        scene: &scene,
-        times: TimeOrigin::Recording,
-        window: Some(window),
-    };
+    let subject = Subject::new(&scene, TimeOrigin::Recording, Some(window));
     let now = relation(&scene, a, window.1);
     let speed = |step| {
         let who = scene.participants().find(|p| p.obstacle.id == a).unwrap();
@@ -308,18 +301,10 @@ fn a_value_of_an_earlier_step_is_neither_right_nor_wrong() {
         "Obstacle {who}: longitudinal gap {:.2} m",
         relation(&scene, who, window.0).gap_long
     );
-    let subject = Subject {
-        scene: &scene,
-        times: TimeOrigin::Recording,
-        window: Some(window),
-    };
+    let subject = Subject::new(&scene, TimeOrigin::Recording, Some(window));
     let all = checked(&text, &subject);
     assert!(matches!(all[0].judgement, Judgement::Unknown(_)), "{all:?}");
-    let unknown = Subject {
-        scene: &scene,
-        times: TimeOrigin::Recording,
-        window: None,
-    };
+    let unknown = Subject::new(&scene, TimeOrigin::Recording, None);
     assert!(matches!(
         checked(&text, &unknown)[0].judgement,
         Judgement::Unknown(_)
@@ -338,11 +323,7 @@ fn what_the_built_in_judge_says_is_right() {
         let window = Window::ending_at(&scene, scene.last_step(), 10);
         for task in nearmiss_scene::verdict::Task::VERDICTS {
             let said = nearmiss_scene::judge::judge(&scene, task, &window);
-            let subject = Subject {
-                scene: &scene,
-                times: TimeOrigin::Recording,
-                window: Some((window.first(), window.last())),
-            };
+            let subject = Subject::new(&scene, TimeOrigin::Recording, Some((window.first(), window.last())));
             for text in [&said.reasoning, &said.verdict.justification] {
                 for checked in checked(text, &subject) {
                     all += 1;
@@ -364,11 +345,7 @@ fn what_the_built_in_judge_says_is_right() {
 fn foreign_text_does_no_harm() {
     let scene = scene();
     let (a, ..) = cast(&scene);
-    let subject = Subject {
-        scene: &scene,
-        times: TimeOrigin::Recording,
-        window: None,
-    };
+    let subject = Subject::new(&scene, TimeOrigin::Recording, None);
     for text in [
         "",
         "|",
@@ -494,11 +471,7 @@ fn after_an_aside_the_heading_counts_and_where_two_are_meant_nobody() {
 fn what_may_mean_something_else_cannot_be_told() {
     let scene = scene();
     let (a, b, window) = cast(&scene);
-    let subject = Subject {
-        scene: &scene,
-        times: TimeOrigin::Recording,
-        window: Some(window),
-    };
+    let subject = Subject::new(&scene, TimeOrigin::Recording, Some(window));
     let (mine, other) = (relation(&scene, a, window.1), relation(&scene, b, window.1));
     assert!((mine.gap_long - other.gap_long).abs() > 1.0);
     let judged = |text: String| checked(&text, &subject).remove(0).judgement;
@@ -517,11 +490,7 @@ fn what_may_mean_something_else_cannot_be_told() {
 /// The steps of the claims in a text about window steps up to `now`, with times relative to it or to the recording.
 fn steps(text: &str, times: TimeOrigin, window: (i64, i64)) -> Vec<Option<i64>> {
     let scene = scene();
-    let subject = Subject {
-        scene: &scene,
-        times,
-        window: Some(window),
-    };
+    let subject = Subject::new(&scene, times, Some(window));
     let claims = find(text, &subject);
     claims.into_iter().map(|claim| claim.step).collect()
 }
@@ -595,11 +564,7 @@ fn the_messages_tell_what_times_count_from() {
 fn sentences_with_a_quantity_that_were_not_understood_are_found() {
     let scene = scene();
     let (id, ..) = cast(&scene);
-    let subject = Subject {
-        scene: &scene,
-        times: TimeOrigin::Recording,
-        window: None,
-    };
+    let subject = Subject::new(&scene, TimeOrigin::Recording, None);
     let text = format!(
         "Car {id} is at a distance of 3.00 m. Car {id} wobbles by 7.77 m sideways, oddly.\n\
          It has a risk score of 2. Nothing of {id} here. Car {id} brakes from step 5 (0.5 s) on. The ego drives 10 m/s.\n\
@@ -645,11 +610,7 @@ fn the_built_in_judge_is_understood() {
         let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
         let scene = Scene::new(scenario, ego);
         let text = nearmiss_scene::judge::judge_collision(&scene, Thresholds::shipped()).reasoning;
-        let subject = Subject {
-            scene: &scene,
-            times: TimeOrigin::Recording,
-            window: None,
-        };
+        let subject = Subject::new(&scene, TimeOrigin::Recording, None);
         let unread = not_understood(&text, &subject);
         let words: Vec<&str> = unread.iter().map(|at| &text[at.clone()]).collect();
         // When it was, between the steps, is no claim about a step.

@@ -34,11 +34,7 @@ fn outcome(
     window: (i64, i64),
     text: &str,
 ) -> (Option<SentenceOutcome>, Vec<String>) {
-    let subject = Subject {
-        scene,
-        times: TimeOrigin::Recording,
-        window: Some(window),
-    };
+    let subject = Subject::new(scene, TimeOrigin::Recording, Some(window));
     let found = sentences(text, &subject);
     let stated = found
         .iter()
