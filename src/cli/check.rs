@@ -9,8 +9,8 @@ use nearmiss_base::system;
 use nearmiss_record::CaptionedTable;
 use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_study::evaluation::claims::{
-    CheckedSentence, Judgement, SentenceOutcome, SentenceRecord, Subject, TimeOrigin, Trace, Waypoint, agreement,
-    sentences, sentences_of, truth_table, waypoints,
+    CheckedSentence, Judgement, SentenceOutcome, SentenceRecord, Subject, TimeOrigin, Trace,
+    Waypoint, agreement, sentences, sentences_of, truth_table, waypoints,
 };
 use nearmiss_workflow::span::Span;
 use schemars::JsonSchema;
@@ -158,11 +158,17 @@ fn traces(file: &Path, is_json: bool) -> Outcome {
     let mut all: Vec<(usize, Trace)> = Vec::new();
     for (place, line) in read.lines().enumerate() {
         if !line.trim().is_empty() {
-            all.push((place + 1, Trace::read(line).map_err(|why| at(place + 1, &why))?));
+            all.push((
+                place + 1,
+                Trace::read(line).map_err(|why| at(place + 1, &why))?,
+            ));
         }
     }
     if all.is_empty() {
-        return Err(Failure::input(format!("{}: no line with a text", file.display())));
+        return Err(Failure::input(format!(
+            "{}: no line with a text",
+            file.display()
+        )));
     }
     // A scenario is opened once, however many texts are about it; files are beside the file that names them.
     let mut scenes: BTreeMap<(PathBuf, Option<String>), Arc<Scene>> = BTreeMap::new();
@@ -172,7 +178,11 @@ fn traces(file: &Path, is_json: bool) -> Outcome {
             continue;
         }
         let beside = file.parent().unwrap_or(Path::new("")).join(&trace.scenario);
-        let path = if beside.exists() { beside } else { trace.scenario.clone() };
+        let path = if beside.exists() {
+            beside
+        } else {
+            trace.scenario.clone()
+        };
         let open = || -> Result<Arc<Scene>, Failure> {
             let entry = entry(&path)?;
             let ego = EgoChoice::said(trace.ego.as_deref()).wanted(std::slice::from_ref(&entry))?;
@@ -189,11 +199,16 @@ fn traces(file: &Path, is_json: bool) -> Outcome {
     for ((line, trace), way) in all.iter().zip(&ways) {
         let scene = &scenes[&(trace.scenario.clone(), trace.ego.clone())];
         let when = trace.step.map(At::Step).or(trace.time.map(At::Seconds));
-        let window = window(scene, when, trace.history.unwrap_or(HISTORY).max(1)).map_err(|why| at(*line, &why))?;
+        let window = window(scene, when, trace.history.unwrap_or(HISTORY).max(1))
+            .map_err(|why| at(*line, &why))?;
         let subject = Subject {
             prompt: trace.prompt.as_deref(),
             trajectory: way,
-            ..Subject::new(scene, origin(trace.relative), Some((window.first(), window.last())))
+            ..Subject::new(
+                scene,
+                origin(trace.relative),
+                Some((window.first(), window.last())),
+            )
         };
         texts.push((subject, &trace.text));
     }
@@ -233,24 +248,30 @@ fn truth(all: &[(usize, Trace)], found: &[Vec<CheckedSentence>]) -> Result<Strin
     let models: BTreeSet<&str> = names.iter().map(|name| name.0).collect();
     for model in models {
         let own = names.iter().zip(found).filter(|(name, _)| name.0 == model);
-        let sentences: Vec<CheckedSentence> = own.flat_map(|(_, all)| all.iter().cloned()).collect();
-        told += &format!(
-            "{}: {}\n",
-            output::visible(model),
-            tally(&sentences)
-        );
+        let sentences: Vec<CheckedSentence> =
+            own.flat_map(|(_, all)| all.iter().cloned()).collect();
+        told += &format!("{}: {}\n", output::visible(model), tally(&sentences));
     }
     Ok(told)
 }
 
 /// What sentences come to, in words.
 fn tally(found: &[CheckedSentence]) -> String {
-    let counts = SentenceOutcome::ALL.iter().zip(CheckedSentence::counts(found));
+    let counts = SentenceOutcome::ALL
+        .iter()
+        .zip(CheckedSentence::counts(found));
     let counts: Vec<String> = counts
         .map(|(outcome, count)| format!("{} {count}", outcome.name().replace('_', " ")))
         .collect();
-    let mut told = format!("{}: {}", output::counted(found.len(), "sentence"), counts.join(", "));
-    let against = found.iter().filter(|one| !one.contradicts.is_empty()).count();
+    let mut told = format!(
+        "{}: {}",
+        output::counted(found.len(), "sentence"),
+        counts.join(", ")
+    );
+    let against = found
+        .iter()
+        .filter(|one| !one.contradicts.is_empty())
+        .count();
     if against > 0 {
         told += &format!("; {against} contradict another one");
     }

@@ -11,7 +11,10 @@ mod labelled;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nearmiss::evaluation::claims::{ClaimBasis, Judgement, Subject, TimeOrigin, checked};
+use nearmiss::evaluation::claims::{
+    CheckedClaim, CheckedSentence, ClaimBasis, Judgement, Subject, TimeOrigin, sentences,
+    truth_table,
+};
 use nearmiss::formats::find;
 use nearmiss::paper;
 use nearmiss::scenario::Scene;
@@ -50,6 +53,7 @@ fn claims_in_recorded_answers_are_found_and_mostly_hold() {
         .and_then(|n| n.parse().ok());
     let (mut answers, mut with, mut number) = (0, 0, 0);
     let mut cells: BTreeMap<String, Counts> = BTreeMap::new();
+    let mut told: Vec<(String, String, Vec<CheckedSentence>)> = Vec::new();
     for run in &runs {
         let hash = run.question.scenario_hash.clone().unwrap_or_default();
         let Some(scene) = scenes.get(&(run.question.scenario.clone(), hash)) else {
@@ -59,8 +63,26 @@ fn claims_in_recorded_answers_are_found_and_mostly_hold() {
             continue;
         }
         answers += 1;
-        let subject = Subject::new(scene, TimeOrigin::from_messages(&run.question.messages), run.question.window);
-        let all = checked(&run.answer, &subject);
+        let subject = Subject::new(
+            scene,
+            TimeOrigin::from_messages(&run.question.messages),
+            run.question.window,
+        );
+        let found = sentences(&run.answer, &subject);
+        let all: Vec<CheckedClaim> = found.iter().flat_map(|one| one.claims.clone()).collect();
+        // ".../cart_icl/openai/analysis/...": the way of describing and of prompting, and the model.
+        let source = run.source.as_deref().unwrap_or_default();
+        let parts: Vec<&str> = source.rsplit('/').collect();
+        if let [_, _, model, method, ..] = parts.as_slice() {
+            let (frame, prompt) = method.split_once('_').unwrap_or((method, ""));
+            for name in [
+                model.to_string(),
+                format!("{model} {frame}"),
+                format!("{model} {prompt}"),
+            ] {
+                told.push((name, run.question.scenario.clone(), found.clone()));
+            }
+        }
         with += usize::from(!all.is_empty());
         for found in &all {
             let cell = format!("{:9} {}", run.question.frame, found.claim.quantity.name());
@@ -109,6 +131,36 @@ fn claims_in_recorded_answers_are_found_and_mostly_hold() {
         sum.unknown += c.unknown;
     }
     println!("{sum:?}");
+    let texts = { told.iter() }
+        .map(|(name, scenario, found)| (name.as_str(), scenario.as_str(), found.as_slice()));
+    let rows = truth_table(texts);
+    for row in rows
+        .iter()
+        .filter(|row| row.kind == "all" || !row.model.contains(' '))
+    {
+        let interval = row
+            .interval
+            .map_or(String::new(), |i| format!("[{:.3}, {:.3}]", i.low, i.high));
+        let share = format!("{:.3} {interval}", row.share.unwrap_or(f64::NAN));
+        println!(
+            "{:20} {:32} right {:6} wrong {:6} open {:6}  {share}",
+            row.model, row.kind, row.right, row.wrong, row.open
+        );
+    }
+    let mut models: BTreeMap<&str, Vec<&[CheckedSentence]>> = BTreeMap::new();
+    for (name, _, found) in &told {
+        models.entry(name).or_default().push(found);
+    }
+    for (name, all) in &models {
+        let all: Vec<CheckedSentence> = all.iter().flat_map(|one| one.iter().cloned()).collect();
+        let [right, wrong, open, unheard] = CheckedSentence::counts(&all);
+        let against = all.iter().filter(|one| !one.contradicts.is_empty()).count();
+        println!(
+            "{name:20} {} answers: sentences right {right} wrong {wrong} open {open} not understood {unheard}, {against} \
+             contradict another one",
+            models[name].len()
+        );
+    }
     assert!(answers > 1000, "{answers}");
     assert!(number > 1000, "{number}");
 }

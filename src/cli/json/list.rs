@@ -35,7 +35,7 @@ macro_rules! outputs {
 outputs! {
     AskDocument<'_> = "ask": "`ask --format json`: one answer";
     SentenceRecord = "check": "`check --format json`: a sentence with its claims a line";
-    check::TraceRecord = "check-traces": "`check FILE.jsonl --format json`: a sentence of a text a line";
+    crate::check::TraceRecord = "check-traces": "`check FILE.jsonl --format json`: a sentence of a text a line";
     AgreementRow = "check-labelled": "`check --labelled --format json`: sentences of a style a line";
     ask::AskDryRun<'_> = "ask-dry-run": "`ask --dry-run --format json`: what a question would take";
     batches::Document = "runs-batches": "`runs batches --format json`: one batch at a provider a line";

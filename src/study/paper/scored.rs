@@ -224,7 +224,11 @@ pub(super) fn described(scene: &Scene, task: Task, collision: bool) -> Option<Wi
 /// The claims of a recorded answer, checked against its scene.
 pub(super) fn claims(answer: &Recorded, scene: &Scene) -> ClaimCounts {
     let window = described(scene, answer.task, answer.collision);
-    let subject = claims::Subject::new(scene, TimeOrigin::Recording, window.map(|window| (window.first(), window.last())));
+    let subject = claims::Subject::new(
+        scene,
+        TimeOrigin::Recording,
+        window.map(|window| (window.first(), window.last())),
+    );
     claims::count("", &answer.text, &subject)
 }
 

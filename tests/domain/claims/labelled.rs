@@ -176,7 +176,11 @@ fn labelled_claims_are_found_and_decided_as_people_do() {
             run.question.scenario.clone(),
             run.question.scenario_hash.clone().unwrap_or_default(),
         );
-        let subject = Subject::new(&scenes[&key], TimeOrigin::from_messages(&run.question.messages), run.question.window);
+        let subject = Subject::new(
+            &scenes[&key],
+            TimeOrigin::from_messages(&run.question.messages),
+            run.question.window,
+        );
         let mut found = checked(&run.answer, &subject);
         found.retain(|one| is_of_labelled_kind(one, subject.scene.ego.id));
         let tally = if answer < FIRST {

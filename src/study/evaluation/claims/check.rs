@@ -2,13 +2,17 @@
 //!
 //! Calling a true sentence wrong is worse than leaving a wrong one undecided.
 
-use nearmiss_base::geometry::{Point, angle_between};
-use nearmiss_scene::metrics::{Contact, Encounter, Relation, RiskAspect, measure, paper};
-use nearmiss_scene::scenario::{Motion, Participant};
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::metrics::{Encounter, RiskAspect, paper};
 
+use super::ego::of_ego;
+use super::excuses::excuse;
 use super::plans::follow;
-use super::worded::{Known, axis_word, own_motion, risk, state};
-use super::{Claim, ClaimedValue, Counted, Predicate, Quantity, Side, Subject};
+use super::truth::{
+    contact, exact, exact_in, judge_side, of_paper, others, paper_relations, worded,
+};
+use super::worded::{Known, axis_word, risk, state};
+use super::{Claim, ClaimedValue, Predicate, Quantity, Side, Subject};
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
@@ -85,7 +89,9 @@ impl CheckedClaim {
                 let decimals = usize::from(decimals);
                 let unit = self.claim.quantity.unit();
                 match (from, to) {
-                    (Some(from), Some(to)) => format!("{from:.decimals$} to {to:.decimals$} {unit}"),
+                    (Some(from), Some(to)) => {
+                        format!("{from:.decimals$} to {to:.decimals$} {unit}")
+                    }
                     (Some(from), None) => format!("over {from:.decimals$} {unit}"),
                     (None, Some(to)) => format!("under {to:.decimals$} {unit}"),
                     (None, None) => "any".into(),
@@ -168,12 +174,7 @@ impl CheckedClaim {
     /// The same in few columns: `30308: 3.2 m, actual 7.9 m`.
     #[must_use]
     pub fn short_line(&self) -> String {
-        format!(
-            "{}: {}, actual {}",
-            self.who(),
-            self.stated(),
-            self.is
-        )
+        format!("{}: {}, actual {}", self.who(), self.stated(), self.is)
     }
 
     /// Why a right place is one where the true state is described by other words.
@@ -208,7 +209,14 @@ impl CheckedClaim {
 #[must_use]
 pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     let step = claim.step.unwrap_or_else(|| subject.present());
-    if let (Quantity::Plan, ClaimedValue::Word { predicate, is_denied }) = (claim.quantity, claim.stated) {
+    if let (
+        Quantity::Plan,
+        ClaimedValue::Word {
+            predicate,
+            is_denied,
+        },
+    ) = (claim.quantity, claim.stated)
+    {
         let (judgement, is) = follow(predicate, is_denied, subject.trajectory);
         return CheckedClaim {
             claim,
@@ -229,7 +237,8 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
         checked.judgement = Judgement::Unknown(why);
     }
     // Who begins to brake does so about then.
-    let is_motion = matches!(claim.stated, ClaimedValue::Word { .. }) && claim.quantity == Quantity::Motion;
+    let is_motion =
+        matches!(claim.stated, ClaimedValue::Word { .. }) && claim.quantity == Quantity::Motion;
     if checked.judgement == Judgement::Wrong
         && is_motion
         && let Some(step) = claim.step
@@ -252,8 +261,21 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
         // What moves now did not do so long ago.
         let is_place = claim.quantity == Quantity::Side;
         // A number to a digit behind the point may be one of an earlier step that was looked up; a round one speaks of now.
-        let is_exact = matches!(claim.stated, ClaimedValue::Number { decimals: 1.., rough: false, .. });
-        let is_now = is_motion || is_place || !is_exact && !matches!(claim.stated, ClaimedValue::Place(..) | ClaimedValue::Word { .. });
+        let is_exact = matches!(
+            claim.stated,
+            ClaimedValue::Number {
+                decimals: 1..,
+                rough: false,
+                ..
+            }
+        );
+        let is_now = is_motion
+            || is_place
+            || !is_exact
+                && !matches!(
+                    claim.stated,
+                    ClaimedValue::Place(..) | ClaimedValue::Word { .. }
+                );
         let least = if is_now { step - 3 } else { i64::MIN };
         let earlier = window.steps().filter(|s| *s != step && *s >= least);
         if subject.window.is_none() {
@@ -342,7 +364,9 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                         checked.basis = ClaimBasis::Paper;
                         Judgement::Right
                     }
-                    (false, true) if rough => Judgement::Unknown("it may only not have been computed"),
+                    (false, true) if rough => {
+                        Judgement::Unknown("it may only not have been computed")
+                    }
                     (false, true) => Judgement::Wrong,
                 };
                 return checked;
@@ -374,16 +398,20 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             }
         }
         ClaimedValue::Bounds { from, to, decimals } => {
-            let mut all: Vec<(ClaimBasis, f64)> = { exact_in(claim.quantity, subject, &participant, &encounter).into_iter() }
-                .map(|truth| (ClaimBasis::Exact, truth))
-                .collect();
+            let mut all: Vec<(ClaimBasis, f64)> =
+                { exact_in(claim.quantity, subject, &participant, &encounter).into_iter() }
+                    .map(|truth| (ClaimBasis::Exact, truth))
+                    .collect();
             all.extend(others(claim.quantity, &encounter, written));
             checked.truth = all.first().map(|one| one.1);
             checked.is = checked.truth.map_or("none: never reached".into(), |truth| {
                 worded(claim.quantity, truth, decimals, true)
             });
             let judged = |truth: f64| bounded(truth.abs(), from, to, decimals);
-            checked.judgement = match all.iter().find(|(_, truth)| judged(*truth) == Judgement::Right) {
+            checked.judgement = match all
+                .iter()
+                .find(|(_, truth)| judged(*truth) == Judgement::Right)
+            {
                 Some((basis, truth)) => {
                     checked.basis = *basis;
                     checked.truth = Some(*truth);
@@ -391,7 +419,10 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                 }
                 // What is never reached takes longer than any time.
                 None if all.is_empty() && to.is_none() => Judgement::Right,
-                None if all.iter().any(|(_, truth)| judged(*truth) != Judgement::Wrong) => {
+                None if all
+                    .iter()
+                    .any(|(_, truth)| judged(*truth) != Judgement::Wrong) =>
+                {
                     Judgement::Unknown("at the bound within rounding")
                 }
                 None => Judgement::Wrong,
@@ -498,7 +529,11 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
 }
 
 /// A change from one value to another: the value had the first at a step of the window, and the second at a later one.
-fn changed(checked: &mut CheckedClaim, subject: &Subject<'_>, (from, to, decimals): (f64, f64, u8)) {
+fn changed(
+    checked: &mut CheckedClaim,
+    subject: &Subject<'_>,
+    (from, to, decimals): (f64, f64, u8),
+) {
     let step = checked.step;
     let number = |value: f64| Claim {
         stated: ClaimedValue::Number {
@@ -509,10 +544,14 @@ fn changed(checked: &mut CheckedClaim, subject: &Subject<'_>, (from, to, decimal
         },
         ..checked.claim.clone()
     };
-    let steps = subject.window.map_or(step..=step, |(first, _)| first..=step);
+    let steps = subject
+        .window
+        .map_or(step..=step, |(first, _)| first..=step);
     let holds = |value: f64| {
         let claim = number(value);
-        let held = steps.clone().filter(|step| at(&claim, subject, *step).judgement == Judgement::Right);
+        let held = steps
+            .clone()
+            .filter(|step| at(&claim, subject, *step).judgement == Judgement::Right);
         held.collect::<Vec<i64>>()
     };
     let (before, after) = (holds(from), holds(to));
@@ -527,104 +566,8 @@ fn changed(checked: &mut CheckedClaim, subject: &Subject<'_>, (from, to, decimal
     };
 }
 
-/// What is said of the ego itself.
-fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
-    let (step, scene) = (checked.step, subject.scene);
-    let Some(ego) = scene.ego.track.at(step) else {
-        return;
-    };
-    let quantity = checked.claim.quantity;
-    match checked.claim.stated {
-        ClaimedValue::Number { .. } | ClaimedValue::Bounds { .. } => {
-            let truth = match quantity {
-                Quantity::Speed => ego.velocity.abs(),
-                Quantity::Acceleration => ego.acceleration,
-                Quantity::Heading => ego.pose.heading.to_degrees(),
-                _ => return,
-            };
-            checked.truth = Some(truth);
-            let (holds, decimals, sizes) = match checked.claim.stated {
-                ClaimedValue::Number {
-                    value,
-                    decimals,
-                    rough,
-                    magnitude,
-                } => {
-                    let sizes = magnitude && value >= 0.0;
-                    (fits(truth, value, (decimals, rough, sizes)), decimals, sizes)
-                }
-                ClaimedValue::Bounds { from, to, decimals } => {
-                    (bounded(truth.abs(), from, to, decimals) == Judgement::Right, decimals, true)
-                }
-                _ => return,
-            };
-            checked.is = worded(quantity, truth, decimals, sizes);
-            checked.judgement = if holds { Judgement::Right } else { Judgement::Wrong };
-        }
-        ClaimedValue::Count { number, of } => {
-            let (least, most) = counted(of, subject, step);
-            let number = usize::from(number);
-            checked.truth = (least == most).then_some(least as f64);
-            checked.is = if least == most {
-                least.to_string()
-            } else {
-                format!("{least} to {most}")
-            };
-            checked.judgement = match (least, most) {
-                _ if !(least..=most).contains(&number) => Judgement::Wrong,
-                _ if least == most => Judgement::Right,
-                _ => Judgement::Unknown("of some it cannot be told"),
-            };
-        }
-        ClaimedValue::Place(x, y, decimals) => {
-            let place = ego.pose.position;
-            let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05) + 1e-9;
-            checked.is = format!("({:.2}, {:.2})", place.x, place.y);
-            checked.judgement = if (place.x - x).abs() <= digit && (place.y - y).abs() <= digit {
-                Judgement::Right
-            } else {
-                Judgement::Wrong
-            };
-        }
-        ClaimedValue::Word {
-            predicate,
-            is_denied,
-        } => {
-            let before = scene.ego.track.at(step - 1);
-            let history = |back: i64| scene.ego.track.at(step - back);
-            let Some(Known { holds, is }) = own_motion(predicate, scene, (ego, before), &history) else {
-                return;
-            };
-            checked.is = is;
-            checked.judgement = match holds {
-                Err(why) => Judgement::Unknown(why),
-                Ok(holds) if holds != is_denied => Judgement::Right,
-                Ok(_) => Judgement::Wrong,
-            };
-        }
-        _ => {}
-    }
-}
-
-/// Of how many something holds at a step, at least and at most.
-fn counted(of: Counted, subject: &Subject<'_>, step: i64) -> (usize, usize) {
-    let (mut least, mut most) = (0, 0);
-    for who in subject.scene.participants() {
-        let Some(encounter) = Encounter::at(subject.scene, &who, step) else {
-            continue;
-        };
-        let holds = match of {
-            Counted::Within(metres) => Ok(encounter.distance() <= metres),
-            Counted::Word(predicate) => state(predicate, subject, &who, (&encounter, step), &[]).holds,
-        };
-        least += usize::from(holds == Ok(true));
-        most += usize::from(holds != Ok(false));
-    }
-    (least, most)
-}
-
 /// Whether a stated number is within [`TOLERANCES`] of the truth; where only `sizes` are compared, without signs.
-fn fits(truth: f64, value: f64, (decimals, rough, sizes): (u8, bool, bool)) -> bool {
+pub(super) fn fits(truth: f64, value: f64, (decimals, rough, sizes): (u8, bool, bool)) -> bool {
     let told = if sizes { truth.abs() } else { truth };
     let share = if rough { 0.1 } else { 0.02 };
     let digit = 0.5 * 10_f64.powi(-i32::from(decimals));
@@ -632,426 +575,27 @@ fn fits(truth: f64, value: f64, (decimals, rough, sizes): (u8, bool, bool)) -> b
 }
 
 /// Whether a true number is between bounds; open within rounding of them.
-fn bounded(truth: f64, from: Option<f64>, to: Option<f64>, decimals: u8) -> Judgement {
-    let slack = |bound: f64| (0.5 * 10_f64.powi(-i32::from(decimals))).min(0.05).max(0.01 * bound);
+pub(super) fn bounded(truth: f64, from: Option<f64>, to: Option<f64>, decimals: u8) -> Judgement {
+    let slack = |bound: f64| {
+        (0.5 * 10_f64.powi(-i32::from(decimals)))
+            .min(0.05)
+            .max(0.01 * bound)
+    };
     let over = from.map_or(f64::INFINITY, |from| truth - from);
     let under = to.map_or(f64::INFINITY, |to| to - truth);
     if over >= 0.0 && under >= 0.0 {
         Judgement::Right
-    } else if from.is_some_and(|from| over < -slack(from)) || to.is_some_and(|to| under < -slack(to)) {
+    } else if from.is_some_and(|from| over < -slack(from))
+        || to.is_some_and(|to| under < -slack(to))
+    {
         Judgement::Wrong
     } else {
         Judgement::Unknown("at the bound within rounding")
     }
 }
 
-/// The numbers that a quantity can mean, of the exact bodies, the usual one first: at the step, or of the window.
-fn exact_in(
-    quantity: Quantity,
-    subject: &Subject<'_>,
-    participant: &Participant<'_>,
-    encounter: &Encounter<'_>,
-) -> Vec<f64> {
-    if quantity != Quantity::MinDistance {
-        return exact(quantity, encounter);
-    }
-    let steps = subject.steps().steps();
-    let all = steps.filter_map(|step| Encounter::at(subject.scene, participant, step));
-    let least = all.map(|encounter| encounter.distance()).min_by(f64::total_cmp);
-    // Of the whole recording, too.
-    let scene = subject.scene;
-    let whole = (0..=scene.last_step()).filter_map(|step| Encounter::at(scene, participant, step));
-    let ever = whole.map(|encounter| encounter.distance()).min_by(f64::total_cmp);
-    least.into_iter().chain(ever).collect()
-}
-
-/// A true number with its unit; where only `sizes` are compared, words say what its minus means.
-fn worded(quantity: Quantity, truth: f64, decimals: u8, sizes: bool) -> String {
-    let decimals = usize::from(decimals.max(1));
-    let number = |value: f64| format!("{value:.decimals$} {}", quantity.unit());
-    let minus = match quantity {
-        Quantity::GapLat | Quantity::VelocityLat | Quantity::AccelerationLat => "to the right",
-        Quantity::GapLong => "behind",
-        Quantity::VelocityLong | Quantity::AccelerationLong => "backwards",
-        Quantity::Acceleration => "of braking",
-        _ => "",
-    };
-    if sizes && truth < 0.0 && !minus.is_empty() {
-        format!("{} {minus}", number(-truth))
-    } else {
-        number(truth + 0.0)
-    }
-}
-
-/// The numbers of the exact bodies that the quantity can mean, the usual one first.
-fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
-    let relation = encounter.relation();
-    let ttc = || measure("ttc").and_then(|m| m.evaluate(encounter).value());
-    let one = |value: Option<f64>| value.into_iter().collect();
-    match quantity {
-        Quantity::Distance => vec![encounter.distance()],
-        Quantity::LeastDistance => {
-            vec![
-                encounter.distance(),
-                relation.gap_long.abs(),
-                relation.gap_lat.abs(),
-            ]
-        }
-        Quantity::GapLong => vec![relation.gap_long],
-        Quantity::GapLat => vec![relation.gap_lat],
-        Quantity::DistanceAlong => vec![encounter.distance(), relation.gap_long],
-        Quantity::DistanceAcross => vec![encounter.distance(), relation.gap_lat],
-        Quantity::Ttc => [ttc(), relation.time_long(), relation.time_lat()]
-            .into_iter()
-            .flatten()
-            .collect(),
-        Quantity::TtcLong => one(relation.time_long()),
-        Quantity::TtcLat => one(relation.time_lat()),
-        Quantity::VelocityLong => vec![relation.velocity.x],
-        Quantity::VelocityLat => vec![relation.velocity.y],
-        Quantity::AccelerationLong => vec![relation.acceleration.x],
-        Quantity::AccelerationLat => vec![relation.acceleration.y],
-        Quantity::MinDistance => vec![encounter.distance()],
-        Quantity::ClosingSpeed => {
-            let away = encounter.other.pose.position - encounter.ego.pose.position;
-            let velocity = encounter.other.velocity_vector() - encounter.ego.velocity_vector();
-            let along = (away.norm() > 0.0).then(|| -away.dot(&velocity) / away.norm());
-            let axes = [relation.velocity.x, relation.velocity.y, velocity.norm()];
-            along.into_iter().chain(axes).collect()
-        }
-        Quantity::Headway => one(measure("thw").and_then(|m| m.evaluate(encounter).value())),
-        Quantity::Heading => {
-            let own = encounter.other.pose.heading;
-            let apart = angle_between(encounter.ego.pose.heading, own);
-            vec![own.to_degrees(), apart.to_degrees(), own.to_degrees().rem_euclid(360.0)]
-        }
-        Quantity::Speed => vec![encounter.other.velocity.abs()],
-        Quantity::Acceleration => vec![encounter.other.acceleration],
-        Quantity::Side
-        | Quantity::Contact
-        | Quantity::Motion
-        | Quantity::Way
-        | Quantity::Comparison
-        | Quantity::Count
-        | Quantity::Plan
-        | Quantity::Risk
-        | Quantity::Position
-        | Quantity::Arithmetic => Vec::new(),
-    }
-}
-
-/// Other values that the answer may have been given instead of the exact number.
-fn others(
-    quantity: Quantity,
-    encounter: &Encounter<'_>,
-    written: Option<f64>,
-) -> Vec<(ClaimBasis, f64)> {
-    let centre: Point = encounter.ego.pose.to_local(&encounter.other.pose.position);
-    let velocity = encounter.relation().velocity;
-    let closing = |apart: f64, velocity: f64| {
-        (apart * velocity < 0.0).then(|| (ClaimBasis::Centres, -apart / velocity))
-    };
-    let times = |all: &[Option<(ClaimBasis, f64)>]| all.iter().copied().flatten().collect();
-    let mut all: Vec<(ClaimBasis, f64)> = match quantity {
-        Quantity::Distance | Quantity::DistanceAlong | Quantity::DistanceAcross => {
-            vec![(ClaimBasis::Centres, centre.coords.norm())]
-        }
-        Quantity::GapLong => vec![(ClaimBasis::Centres, centre.x)],
-        Quantity::GapLat => vec![(ClaimBasis::Centres, centre.y)],
-        Quantity::Ttc => times(&[closing(centre.x, velocity.x), closing(centre.y, velocity.y)]),
-        Quantity::TtcLong => times(&[closing(centre.x, velocity.x)]),
-        Quantity::TtcLat => times(&[closing(centre.y, velocity.y)]),
-        _ => Vec::new(),
-    };
-    for told in paper_relations(encounter, written) {
-        all.extend(of_paper(quantity, &told).map(|value| (ClaimBasis::Paper, value)));
-    }
-    all
-}
-
-/// The numbers that the paper's convention gives for a quantity.
-fn of_paper(quantity: Quantity, told: &paper::Relation) -> impl Iterator<Item = f64> {
-    let values = match quantity {
-        Quantity::GapLong | Quantity::DistanceAlong => vec![Some(told.adjusted_d_long)],
-        Quantity::GapLat | Quantity::DistanceAcross => vec![Some(told.adjusted_d_lat)],
-        Quantity::Distance => vec![Some(told.adjusted_d_long.hypot(told.adjusted_d_lat))],
-        Quantity::ClosingSpeed => vec![Some(told.v_rel_long), Some(told.v_rel_lat)],
-        Quantity::TtcLong => vec![told.ttc_long],
-        Quantity::TtcLat => vec![told.ttc_lat],
-        Quantity::Ttc => vec![told.ttc_long, told.ttc_lat],
-        Quantity::VelocityLong => vec![Some(told.v_rel_long)],
-        Quantity::VelocityLat => vec![Some(told.v_rel_lat)],
-        Quantity::AccelerationLong => vec![Some(told.a_rel_long)],
-        Quantity::AccelerationLat => vec![Some(told.a_rel_lat)],
-        _ => Vec::new(),
-    };
-    values.into_iter().flatten()
-}
-
 /// Below this speed a heading is not told from motion, m/s.
 pub(super) const STANDING: f64 = 0.1;
-
-/// The relation as the paper's tables have it: with the ego's heading, and with the one that its recording writes, which
-/// turns at random where it stands.
-fn paper_relations(encounter: &Encounter<'_>, written: Option<f64>) -> Vec<paper::Relation> {
-    let mut egos = vec![*encounter.ego];
-    if let Some(heading) = written {
-        let mut as_written = *encounter.ego;
-        as_written.pose.heading = heading;
-        egos.push(as_written);
-    }
-    egos.iter()
-        .filter_map(|ego| paper::Relation::new(ego, encounter.other))
-        .map(paper::Relation::rounded)
-        .collect()
-}
-
-/// Whether an obstacle is at a place, so far as that can be told.
-pub fn is_at_side(side: Side, encounter: &Encounter<'_>) -> bool {
-    judge_side(side, &encounter.relation(), encounter) == Judgement::Right
-}
-
-/// Whether a body stands, as words mean it.
-pub fn stands(motion: &Motion) -> bool {
-    motion.velocity.abs() < 0.5
-}
-
-/// Whether the other drives towards where the ego comes from.
-pub fn opposes(encounter: &Encounter<'_>) -> bool {
-    let apart = angle_between(encounter.ego.pose.heading, encounter.other.pose.heading).abs();
-    apart > 0.75 * std::f64::consts::PI && !stands(encounter.other)
-}
-
-/// Whether the other moves across the ego's heading.
-pub fn crosses(encounter: &Encounter<'_>) -> bool {
-    let apart = angle_between(encounter.ego.pose.heading, encounter.other.pose.heading).abs();
-    let slant = std::f64::consts::FRAC_PI_4;
-    (slant..=3.0 * slant).contains(&apart) && !stands(encounter.other)
-}
-
-/// Where bodies overlap along an axis, the centres decide, and only for, not against.
-pub(super) fn judge_side(side: Side, relation: &Relation, encounter: &Encounter<'_>) -> Judgement {
-    let centre = encounter.ego.pose.to_local(&encounter.other.pose.position);
-    let holds = |said: Option<bool>, gap: f64, centre: f64| match said {
-        None => Judgement::Right,
-        Some(positive) if gap != 0.0 => {
-            if (gap > 0.0) == positive {
-                Judgement::Right
-            } else {
-                Judgement::Wrong
-            }
-        }
-        Some(positive) if (centre > 0.0) == positive => Judgement::Right,
-        Some(_) => Judgement::Unknown("bodies overlap along this axis"),
-    };
-    let along = holds(side.front, relation.gap_long, centre.x);
-    let across = holds(side.left, relation.gap_lat, centre.y);
-    match (along, across) {
-        (Judgement::Wrong, _) | (_, Judgement::Wrong) => Judgement::Wrong,
-        (Judgement::Unknown(why), _) | (_, Judgement::Unknown(why)) => Judgement::Unknown(why),
-        _ => Judgement::Right,
-    }
-}
-
-/// When the bodies do touch.
-fn contact(subject: &Subject<'_>, participant: &Participant<'_>, now: bool) -> String {
-    if now {
-        return "contact".into();
-    }
-    match Contact::first(subject.scene, participant) {
-        Some(contact) => format!("first contact at step {}", contact.step),
-        None => "no contact at any step".into(),
-    }
-}
-
-/// Another possible meaning of the claim at that step; `None` if it is plainly wrong.
-pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
-    let ClaimedValue::Number {
-        value, decimals, ..
-    } = claim.stated
-    else {
-        return None;
-    };
-    let holds = |claim: &Claim| at(claim, subject, step).judgement == Judgement::Right;
-    let as_other = |quantity| {
-        holds(&Claim {
-            quantity,
-            ..claim.clone()
-        })
-    };
-    if turned(claim, subject, step) {
-        return Some("the ego stands still; its heading may have been described differently");
-    }
-    let time = matches!(
-        claim.quantity,
-        Quantity::Ttc | Quantity::TtcLong | Quantity::TtcLat
-    );
-    if time && value < 0.0 {
-        let mut unsigned = claim.clone();
-        if let ClaimedValue::Number { value, .. } = &mut unsigned.stated {
-            *value = -*value;
-        }
-        return holds(&unsigned).then_some("true without the sign");
-    }
-    if time && from_rounded(claim, subject, step) {
-        return Some("follows from a rounded velocity");
-    }
-    if of_its_own(claim, subject, step) {
-        return Some("true for its own velocity, not the relative one");
-    }
-    if claim.quantity == Quantity::Distance
-        && (as_other(Quantity::GapLong) || as_other(Quantity::GapLat))
-    {
-        return Some("true for the gap along or across the heading alone");
-    }
-    if claim.quantity == Quantity::LeastDistance {
-        return Some("which least distance is meant is not told");
-    }
-    let length = matches!(
-        claim.quantity,
-        Quantity::Distance
-            | Quantity::GapLong
-            | Quantity::GapLat
-            | Quantity::DistanceAlong
-            | Quantity::DistanceAcross
-    );
-    if length && along_the_map(claim, subject, step) {
-        return Some("true for the difference in x or y on the map");
-    }
-    // A sentence that names no participant takes its subject from what it stands under.
-    let telling = decimals >= 2 && value != 0.0;
-    if !claim.named && telling {
-        let mut others = subject
-            .scene
-            .participants()
-            .map(|p| p.obstacle.id)
-            .filter(|id| *id != claim.obstacle);
-        let of_another = others.any(|obstacle| {
-            holds(&Claim {
-                obstacle,
-                ..claim.clone()
-            })
-        });
-        return of_another.then_some("true for another obstacle");
-    }
-    None
-}
-
-/// What follows from the ego and the obstacle at the step; nothing where one of them is not there.
-fn encountered<T>(
-    claim: &Claim,
-    subject: &Subject<'_>,
-    step: i64,
-    value: impl FnOnce(&Encounter<'_>) -> T,
-) -> Option<T> {
-    let mut participants = subject.scene.participants();
-    let participant = participants.find(|p| p.obstacle.id == claim.obstacle)?;
-    Encounter::at(subject.scene, &participant, step).map(|encounter| value(&encounter))
-}
-
-/// The ego's speed, the distance of the centres, and where the obstacle is, at the step.
-fn met(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<(f64, f64, Relation)> {
-    encountered(claim, subject, step, |encounter| {
-        let apart = encounter.other.pose.position - encounter.ego.pose.position;
-        let speed = encounter.ego.velocity.abs();
-        (speed, apart.norm(), encounter.relation())
-    })
-}
-
-/// Whether the ego stands still and the claim would hold for another heading of it.
-fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
-    let Some((speed, apart, _)) = met(claim, subject, step) else {
-        return false;
-    };
-    let ClaimedValue::Number { value, .. } = claim.stated else {
-        return false;
-    };
-    let seen_from_it = match claim.quantity {
-        Quantity::GapLong
-        | Quantity::GapLat
-        | Quantity::DistanceAlong
-        | Quantity::DistanceAcross => value.abs() <= apart,
-        Quantity::Ttc
-        | Quantity::TtcLong
-        | Quantity::TtcLat
-        | Quantity::VelocityLong
-        | Quantity::VelocityLat => true,
-        _ => false,
-    };
-    speed < STANDING && seen_from_it
-}
-
-/// Whether a velocity along an axis is the obstacle's own there, in the ego's axes.
-fn of_its_own(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
-    let ClaimedValue::Number { value, .. } = claim.stated else {
-        return false;
-    };
-    let of_encounter = |encounter: &Encounter<'_>| {
-        let turned = encounter.other.pose.heading - encounter.ego.pose.heading;
-        let velocity = encounter.other.velocity;
-        let own = match claim.quantity {
-            Quantity::VelocityLong => velocity * turned.cos(),
-            Quantity::VelocityLat => velocity * turned.sin(),
-            _ => return false,
-        };
-        [own, velocity]
-            .iter()
-            .any(|own| (own.abs() - value.abs()).abs() <= (0.02 * own.abs()).max(0.05))
-    };
-    encountered(claim, subject, step, of_encounter) == Some(true)
-}
-
-/// Whether a time is the gap by a velocity that was rounded to two decimals: of slow ones that changes much.
-fn from_rounded(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
-    let (Some((_, _, relation)), ClaimedValue::Number { value, .. }) =
-        (met(claim, subject, step), claim.stated)
-    else {
-        return false;
-    };
-    let axes = [
-        (
-            relation.gap_long,
-            relation.velocity.x,
-            claim.quantity != Quantity::TtcLat,
-        ),
-        (
-            relation.gap_lat,
-            relation.velocity.y,
-            claim.quantity != Quantity::TtcLong,
-        ),
-    ];
-    axes.iter().any(|(gap, velocity, meant)| {
-        let (gap, velocity) = (gap.abs(), velocity.abs());
-        let shortest = 0.95 * gap / (velocity + 0.005);
-        let longest = 1.05 * gap / (velocity - 0.005).max(0.001);
-        *meant && velocity < 0.5 && (shortest..=longest).contains(&value)
-    })
-}
-
-/// Whether a length is the difference of the centres along an axis of the map: what a model that was given
-/// coordinates may call longitudinal or lateral.
-fn along_the_map(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
-    let ClaimedValue::Number {
-        value,
-        decimals,
-        rough,
-        ..
-    } = claim.stated
-    else {
-        return false;
-    };
-    let apart = encountered(claim, subject, step, |encounter| {
-        encounter.other.pose.position - encounter.ego.pose.position
-    });
-    let Some(apart) = apart else {
-        return false;
-    };
-    let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05);
-    let share = if rough { 0.1 } else { 0.02 };
-    [apart.x, apart.y, apart.norm()]
-        .iter()
-        .any(|d| (d.abs() - value.abs()).abs() <= digit.max(share * d.abs()))
-}
 
 #[cfg(test)]
 mod tests {

@@ -53,22 +53,106 @@ pub struct Clause {
 
 /// Words that begin a clause.
 const OPENERS: [&str; 33] = [
-    "but", "while", "whereas", "although", "though", "because", "since", "so", "thus", "therefore", "hence", "which", "who",
-    "yet", "however", "when", "if", "unless", "indicating", "suggesting", "meaning", "making", "posing", "resulting",
-    "until", "once", "where", "with", "given", "implying", "despite", "leaving", "whose",
+    "but",
+    "while",
+    "whereas",
+    "although",
+    "though",
+    "because",
+    "since",
+    "so",
+    "thus",
+    "therefore",
+    "hence",
+    "which",
+    "who",
+    "yet",
+    "however",
+    "when",
+    "if",
+    "unless",
+    "indicating",
+    "suggesting",
+    "meaning",
+    "making",
+    "posing",
+    "resulting",
+    "until",
+    "once",
+    "where",
+    "with",
+    "given",
+    "implying",
+    "despite",
+    "leaving",
+    "whose",
 ];
 
 /// Words with which a clause supposes, guesses, plans or asks.
 const SUPPOSING: [&str; 48] = [
-    "ready", "prepare", "prepared", "preparing",
-    "if", "unless", "would", "could", "might", "may", "can", "should", "must", "potential", "potentially", "possible",
-    "possibly", "likely", "unlikely", "probably", "suppose", "imagine", "whether", "assuming", "assume", "assumed", "hypothetically",
-    "needs", "need", "let", "plan", "intend", "want", "please", "avoid", "avoids", "avoiding", "prevent", "until", "once",
-    "when", "typically", "usually", "threshold", "limit", "example", "either", "or",
+    "ready",
+    "prepare",
+    "prepared",
+    "preparing",
+    "if",
+    "unless",
+    "would",
+    "could",
+    "might",
+    "may",
+    "can",
+    "should",
+    "must",
+    "potential",
+    "potentially",
+    "possible",
+    "possibly",
+    "likely",
+    "unlikely",
+    "probably",
+    "suppose",
+    "imagine",
+    "whether",
+    "assuming",
+    "assume",
+    "assumed",
+    "hypothetically",
+    "needs",
+    "need",
+    "let",
+    "plan",
+    "intend",
+    "want",
+    "please",
+    "avoid",
+    "avoids",
+    "avoiding",
+    "prevent",
+    "until",
+    "once",
+    "when",
+    "typically",
+    "usually",
+    "threshold",
+    "limit",
+    "example",
+    "either",
+    "or",
 ];
 
 const PAST: [&str; 12] = [
-    "was", "were", "had", "initially", "previously", "earlier", "originally", "ago", "formerly", "came", "did", "began",
+    "was",
+    "were",
+    "had",
+    "initially",
+    "previously",
+    "earlier",
+    "originally",
+    "ago",
+    "formerly",
+    "came",
+    "did",
+    "began",
 ];
 
 /// The clauses of a sentence in order; `current` is whom it is about where it does not say.
@@ -102,25 +186,37 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
         if tokens[..at.start].last().is_some_and(|t| t.is(&[";"])) {
             is_conditional = false;
         }
-        is_conditional |= words.iter().any(|t| t.is(&["if", "unless", "suppose", "imagine"]));
+        is_conditional |= words
+            .iter()
+            .any(|t| t.is(&["if", "unless", "suppose", "imagine"]));
         let own: Vec<&Reference> = { references.iter() }
             .filter(|r| at.contains(&r.at.start) && !r.is_compared)
             .collect();
         let (mut who, object) = subject(tokens, &at, &own, last.as_ref(), it);
         // "Faster (28 m/s) than the ego (24 m/s)".
         let is_bracket = at.start > 0 && tokens[at.start - 1].is(&["("]);
-        let compared = references.iter().find(|r| r.is_compared && r.at.end + 1 == at.start && is_bracket);
+        let compared = references
+            .iter()
+            .find(|r| r.is_compared && r.at.end + 1 == at.start && is_bracket);
         match compared.map(|r| r.who) {
             Some(Named::Ego) => who = Who::Ego,
             Some(Named::Obstacle(id)) => who = Who::Obstacles(vec![id]),
             _ => {}
         }
         // "The ego hits 7, with 36 km/h".
-        let object = if own.is_empty() && who == Who::Ego { met } else { object };
+        let object = if own.is_empty() && who == Who::Ego {
+            met
+        } else {
+            object
+        };
         met = object;
         let topic = it;
         let names_ego = own.iter().any(|r| r.who == Named::Ego) && who != Who::Ego;
-        let mood = if is_conditional { Mood::Supposed } else { mood(words, &who) };
+        let mood = if is_conditional {
+            Mood::Supposed
+        } else {
+            mood(words, &who)
+        };
         match &who {
             Who::Obstacles(ids) if ids.len() == 1 => it = ids.first().copied(),
             Who::Obstacles(_) => it = None,
@@ -131,7 +227,10 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
             last = Some(who.clone());
         }
         let labelled = label.clone();
-        let is_label = end_mark == Some(":") && !words.iter().any(|t| t.is(&["is", "are", "am", "has", "have", "was", "were"]));
+        let is_label = end_mark == Some(":")
+            && !words
+                .iter()
+                .any(|t| t.is(&["is", "are", "am", "has", "have", "was", "were"]));
         if end_mark != Some(":") && end_mark != Some(",") && end_mark != Some("(") {
             label = 0..0;
         }
@@ -150,20 +249,25 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
 }
 
 /// The parts between marks and words that begin clauses, with the mark behind each.
-fn pieces<'t>(tokens: &'t [Token], references: &[Reference]) -> Vec<(Range<usize>, Option<&'t str>)> {
+fn pieces<'t>(
+    tokens: &'t [Token],
+    references: &[Reference],
+) -> Vec<(Range<usize>, Option<&'t str>)> {
     let mut found = Vec::new();
     let mut from = 0;
     let mut depth_between = 0;
     for at in 0..tokens.len() {
         let token = &tokens[at];
         let (before, after) = (at.checked_sub(1).map(|i| &tokens[i]), tokens.get(at + 1));
-        let is_mark = token.is(&[",", ";", "(", ")", ":", "—", "–", "|", "[", "]", "\"", "{", "}"])
-            || token.is(&["-"]) && before.is_none_or(|b| b.span.end < token.span.start);
+        let is_mark = token.is(&[
+            ",", ";", "(", ")", ":", "—", "–", "|", "[", "]", "\"", "{", "}",
+        ]) || token.is(&["-"])
+            && before.is_none_or(|b| b.span.end < token.span.start);
         if token.is(&["between"]) {
             depth_between = at + 8;
         }
-        let both_numbers = before.is_some_and(|b| b.number.is_some())
-            && after.is_some_and(|a| a.number.is_some());
+        let both_numbers =
+            before.is_some_and(|b| b.number.is_some()) && after.is_some_and(|a| a.number.is_some());
         // "(1.2, 3.4)", "3–5 m".
         let has_unit = before.is_some_and(|b| b.word.contains(char::is_alphabetic));
         // "7, 8, and 9".
@@ -171,29 +275,45 @@ fn pieces<'t>(tokens: &'t [Token], references: &[Reference]) -> Vec<(Range<usize
             && after.is_some_and(|a| a.is(&["and"]))
             && before.is_some_and(|b| b.number.is_some())
             && tokens.get(at + 2).is_some_and(|t| t.number.is_some());
-        if is_mark && !is_list && !(both_numbers && !has_unit && token.is(&[",", "-", "–", "—"])) {
+        if is_mark && !is_list && !(both_numbers && !has_unit && token.is(&[",", "-", "–", "—"]))
+        {
             if at > from {
                 found.push((from..at, Some(token.word.as_str())));
             }
             from = at + 1;
             continue;
         }
-        let axis = |t: Option<&Token>| t.is_some_and(|t| t.stem.starts_with("later") || t.stem.starts_with("longitudinal"));
+        let axis = |t: Option<&Token>| {
+            t.is_some_and(|t| t.stem.starts_with("later") || t.stem.starts_with("longitudinal"))
+        };
         let place = |t: Option<&Token>| {
-            t.is_some_and(|t| t.is(&["ahead", "front", "behind", "left", "right", "rear", "closer", "nearer"]))
+            t.is_some_and(|t| {
+                t.is(&[
+                    "ahead", "front", "behind", "left", "right", "rear", "closer", "nearer",
+                ])
+            })
         };
         let opens = match token.word.as_str() {
             "and" => {
                 let side = (at + 1..at + 5).any(|i| place(tokens.get(i)));
                 let is_ego = before.is_some_and(|b| b.is(&["ego", "vehicle"]))
-                    && references.iter().any(|r| r.who == Named::Ego && r.at.end == at)
-                    && references.iter().any(|r| r.at.start == at + 1 && matches!(r.who, Named::Obstacle(_)));
-                let is_last = before.is_some_and(|b| b.is(&[","])) && after.is_some_and(|a| a.number.is_some())
-                    && at > 1 && tokens[at - 2].number.is_some();
+                    && references
+                        .iter()
+                        .any(|r| r.who == Named::Ego && r.at.end == at)
+                    && references
+                        .iter()
+                        .any(|r| r.at.start == at + 1 && matches!(r.who, Named::Obstacle(_)));
+                let is_last = before.is_some_and(|b| b.is(&[","]))
+                    && after.is_some_and(|a| a.number.is_some())
+                    && at > 1
+                    && tokens[at - 2].number.is_some();
                 // "Obstacle 7 and obstacle 8 are".
                 let ends = |r: &&Reference| r.at.end == at && matches!(r.who, Named::Obstacle(_));
-                let begins = |r: &&Reference| r.at.start == at + 1 && matches!(r.who, Named::Obstacle(_));
-                let is_listed = references.iter().any(|r| ends(&r) && r.at.start <= from + 1)
+                let begins =
+                    |r: &&Reference| r.at.start == at + 1 && matches!(r.who, Named::Obstacle(_));
+                let is_listed = references
+                    .iter()
+                    .any(|r| ends(&r) && r.at.start <= from + 1)
                     && references.iter().any(|r| begins(&r));
                 let is_pair = both_numbers
                     || is_listed
@@ -208,14 +328,33 @@ fn pieces<'t>(tokens: &'t [Token], references: &[Reference]) -> Vec<(Range<usize
             // "A collision with 7" is one.
             "with" => {
                 const JOINED: [&str; 14] = [
-                    "collision", "contact", "crash", "collid", "overlap", "impact", "respect", "compar", "level", "parallel",
-                    "imminent", "shar", "together", "even",
+                    "collision",
+                    "contact",
+                    "crash",
+                    "collid",
+                    "overlap",
+                    "impact",
+                    "respect",
+                    "compar",
+                    "level",
+                    "parallel",
+                    "imminent",
+                    "shar",
+                    "together",
+                    "even",
                 ];
                 !(at.saturating_sub(2)..at).any(|i| JOINED.contains(&tokens[i].stem.as_str()))
             }
-            "that" => after.is_some_and(|a| a.is(&["is", "was", "has", "will", "does", "came", "cut", "just", "had"])),
-            "as" => after.is_some_and(|a| a.is(&["it", "the", "he", "she", "they", "we", "i"]))
-                && !before.is_some_and(|b| b.is(&["as", "same", "well", "such", "near", "close"])),
+            "that" => after.is_some_and(|a| {
+                a.is(&[
+                    "is", "was", "has", "will", "does", "came", "cut", "just", "had",
+                ])
+            }),
+            "as" => {
+                after.is_some_and(|a| a.is(&["it", "the", "he", "she", "they", "we", "i"]))
+                    && !before
+                        .is_some_and(|b| b.is(&["as", "same", "well", "such", "near", "close"]))
+            }
             "since" | "before" | "after" => after.is_some_and(|a| a.number.is_none()),
             "so" => !before.is_some_and(|b| b.is(&["or", "not"])),
             word => OPENERS.contains(&word),
@@ -253,7 +392,14 @@ fn subject(
         return (Who::Unknown, None);
     }
     if own.is_empty() {
-        return (if has_own_noun(tokens, at) { Who::Unknown } else { inherited() }, None);
+        return (
+            if has_own_noun(tokens, at) {
+                Who::Unknown
+            } else {
+                inherited()
+            },
+            None,
+        );
     }
     let mut ids: Vec<i64> = own.iter().filter_map(|r| id_of(r)).collect();
     ids.dedup();
@@ -261,11 +407,15 @@ fn subject(
     if let [first, second, ..] = own
         && first.is_nearest
         && let Named::Obstacle(id) = second.who
-        && tokens[first.at.end..second.at.start].iter().any(|t| t.is(&["is"]))
+        && tokens[first.at.end..second.at.start]
+            .iter()
+            .any(|t| t.is(&["is"]))
     {
         return (one(id), None);
     }
-    let verb = at.clone().find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is(&["is", "are", "has", "am"]));
+    let verb = at
+        .clone()
+        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is(&["is", "are", "has", "am"]));
     // "Closest obstacle, 3 m" in a field.
     if let [first] = own
         && first.is_nearest
@@ -275,7 +425,10 @@ fn subject(
     {
         return (one(id), None);
     }
-    let there = tokens[at.clone()].iter().take(2).any(|t| t.is(&["there", "here", "see", "have", "got"]));
+    let there = tokens[at.clone()]
+        .iter()
+        .take(2)
+        .any(|t| t.is(&["there", "here", "see", "have", "got"]));
     // "With 306, the truck, ahead".
     if let ([first], Some(who)) = (own, last)
         && first.at == *at
@@ -296,12 +449,17 @@ fn subject(
         && first.who == Named::Ego
         && !first.is_governed
         && let Named::Obstacle(id) = second.who
-        && tokens[first.at.end..second.at.start].iter().all(|t| t.is(&["and"]))
+        && tokens[first.at.end..second.at.start]
+            .iter()
+            .all(|t| t.is(&["and"]))
     {
         return (one(id), None);
     }
     // "We have a car on the left".
-    let has = tokens[at.clone()].iter().take(4).any(|t| t.is(&["have", "got", "see", "notice", "spot"]));
+    let has = tokens[at.clone()]
+        .iter()
+        .take(4)
+        .any(|t| t.is(&["have", "got", "see", "notice", "spot"]));
     if let [first, second, ..] = own
         && has
         && first.who == Named::Ego
@@ -309,9 +467,14 @@ fn subject(
     {
         return (one(id), None);
     }
-    let nominal = own.iter().find(|r| (!r.is_governed || is_first(r)) && is_before_verb(r));
+    let nominal = own
+        .iter()
+        .find(|r| (!r.is_governed || is_first(r)) && is_before_verb(r));
     let others = |but: Option<i64>| {
-        let mut rest = own.iter().filter_map(|r| id_of(r)).filter(|id| Some(*id) != but);
+        let mut rest = own
+            .iter()
+            .filter_map(|r| id_of(r))
+            .filter(|id| Some(*id) != but);
         let first = rest.next();
         first.filter(|first| rest.all(|id| id == *first))
     };
@@ -348,26 +511,52 @@ fn subject(
                 && (tokens[own[0].at.start].is(&["my", "our", "your"])
                     || tokens.get(own[0].at.end).is_some_and(|t| t.is(&["'s"])))
                 && tokens[own[0].at.end..at.end].iter().take(4).any(|t| {
-                    t.is(&["speed", "velocity", "acceleration", "deceleration", "heading", "braking", "pace"])
+                    t.is(&[
+                        "speed",
+                        "velocity",
+                        "acceleration",
+                        "deceleration",
+                        "heading",
+                        "braking",
+                        "pace",
+                    ])
                 })
-                && tokens[at.start..own[0].at.start].iter().all(|t| !t.is_word() || t.is(&["the", "and", "but", "while", "with", "at", "so", "reflects", "simply", "only", "of"]));
+                && tokens[at.start..own[0].at.start].iter().all(|t| {
+                    !t.is_word()
+                        || t.is(&[
+                            "the", "and", "but", "while", "with", "at", "so", "reflects", "simply",
+                            "only", "of",
+                        ])
+                });
             match ids.as_slice() {
                 _ if is_of_ego => (Who::Ego, others(None)),
                 [] if has_others => (Who::Unknown, None),
                 // "In front of the ego": whoever was spoken of.
-                [] => (if has_own_noun(tokens, at) { Who::Unknown } else { inherited() }, None),
+                [] => (
+                    if has_own_noun(tokens, at) {
+                        Who::Unknown
+                    } else {
+                        inherited()
+                    },
+                    None,
+                ),
                 // "Following 7 at 20 m/s".
-                [id] if last.is_none() && verb == Some(at.start) && tokens[at.start].word.ends_with("ing") => {
+                [id] if last.is_none()
+                    && verb == Some(at.start)
+                    && tokens[at.start].word.ends_with("ing") =>
+                {
                     (Who::Ego, Some(*id))
                 }
                 // "I brake and drop back behind 7".
-                [id] if !has_property && verb.is_some_and(|verb| verb <= at.start + 1) => match last {
-                    Some(Who::Ego) => (Who::Ego, Some(*id)),
-                    Some(Who::Obstacles(all)) if all.as_slice() != [*id] => {
-                        (Who::Obstacles(all.clone()), Some(*id))
+                [id] if !has_property && verb.is_some_and(|verb| verb <= at.start + 1) => {
+                    match last {
+                        Some(Who::Ego) => (Who::Ego, Some(*id)),
+                        Some(Who::Obstacles(all)) if all.as_slice() != [*id] => {
+                            (Who::Obstacles(all.clone()), Some(*id))
+                        }
+                        _ => (one(*id), None),
                     }
-                    _ => (one(*id), None),
-                },
+                }
                 [id] => (one(*id), None),
                 _ => (Who::Unknown, None),
             }
@@ -378,11 +567,24 @@ fn subject(
 /// Whether a clause begins with a noun of its own that is no property of a participant: "the road is wet".
 fn has_own_noun(tokens: &[Token], at: &Range<usize>) -> bool {
     let words = &tokens[at.clone()];
-    let start = words.iter().position(|t| t.is(&["the", "a", "an", "this", "that", "these", "all", "any", "every", "each"]));
+    let start = words.iter().position(|t| {
+        t.is(&[
+            "the", "a", "an", "this", "that", "these", "all", "any", "every", "each",
+        ])
+    });
     let Some(start) = start else { return false };
-    let verb = at.clone().find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is(&["is", "are", "has"]));
+    let verb = at
+        .clone()
+        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is(&["is", "are", "has"]));
     let stop = verb.map_or(words.len(), |verb| verb - at.start);
-    if stop <= start || words[..start].iter().any(|t| t.is_word() && !t.is(&["and", "but", "while", "so", "thus", "hence", "as", "because", "since", "at"])) {
+    if stop <= start
+        || words[..start].iter().any(|t| {
+            t.is_word()
+                && !t.is(&[
+                    "and", "but", "while", "so", "thus", "hence", "as", "because", "since", "at",
+                ])
+        })
+    {
         return false;
     }
     let head = &words[start + 1..stop.max(start + 1)];
@@ -402,13 +604,26 @@ fn mood(words: &[Token], who: &Who) -> Mood {
             // "TTC is below the 1 s threshold" is said.
             && !(t.is(&["threshold", "limit"]) && words[..i].iter().any(|t| t.is(&["below", "above", "under", "over", "within", "than", "exceeds"])))
     });
-    let advises = words.first().is_some_and(|t| t.is(&["should", "had", "assume", "consider", "is", "are", "does", "do"]))
-        && words.len() > 3
+    let advises = words.first().is_some_and(|t| {
+        t.is(&[
+            "should", "had", "assume", "consider", "is", "are", "does", "do",
+        ])
+    }) && words.len() > 3
         && !matches!(who, Who::Obstacles(_));
-    if supposes || advises || pair(&["used"], &["to"]) || pair(&["in"], &["case"]) || words.windows(3).any(|t| t[0].is(&["far"]) && t[1].is(&["from"]) && t[2].word.ends_with("ing")) {
+    if supposes
+        || advises
+        || pair(&["used"], &["to"])
+        || pair(&["in"], &["case"])
+        || words
+            .windows(3)
+            .any(|t| t[0].is(&["far"]) && t[1].is(&["from"]) && t[2].word.ends_with("ing"))
+    {
         return Mood::Supposed;
     }
-    if says(&["will", "shall"]) || pair(&["going", "about", "gonna"], &["to"]) || says(&["gonna", "soon", "eventually"]) {
+    if says(&["will", "shall"])
+        || pair(&["going", "about", "gonna"], &["to"])
+        || says(&["gonna", "soon", "eventually"])
+    {
         return Mood::Future;
     }
     if says(&PAST) || pair(&["at"], &["first"]) {

@@ -23,7 +23,8 @@ pub fn contradictions(sentences: &[(Range<usize>, &[CheckedClaim])]) -> Vec<Vec<
 /// Whether two claims cannot both hold.
 fn excludes(a: &CheckedClaim, b: &CheckedClaim) -> bool {
     let (one, other) = (&a.claim, &b.claim);
-    let is_same = one.obstacle == other.obstacle && one.step == other.step && !one.is_past && !other.is_past;
+    let is_same =
+        one.obstacle == other.obstacle && one.step == other.step && !one.is_past && !other.is_past;
     if !is_same || one.quantity == Quantity::Plan || other.quantity == Quantity::Plan {
         return false;
     }
@@ -41,12 +42,27 @@ fn excludes(a: &CheckedClaim, b: &CheckedClaim) -> bool {
                 predicate: y,
                 is_denied: no_y,
             },
-        ) => x == y && no_x != no_y || !no_x && !no_y && (opposite(x) == Some(y) || opposite(y) == Some(x)),
-        (ClaimedValue::Contact, ClaimedValue::Word { predicate, is_denied })
-        | (ClaimedValue::Word { predicate, is_denied }, ClaimedValue::Contact) => {
-            predicate == Predicate::Touches && is_denied
+        ) => {
+            x == y && no_x != no_y
+                || !no_x && !no_y && (opposite(x) == Some(y) || opposite(y) == Some(x))
         }
-        (ClaimedValue::Score { score: x, of: a }, ClaimedValue::Score { score: y, of: b }) => a == b && x != y,
+        (
+            ClaimedValue::Contact,
+            ClaimedValue::Word {
+                predicate,
+                is_denied,
+            },
+        )
+        | (
+            ClaimedValue::Word {
+                predicate,
+                is_denied,
+            },
+            ClaimedValue::Contact,
+        ) => predicate == Predicate::Touches && is_denied,
+        (ClaimedValue::Score { score: x, of: a }, ClaimedValue::Score { score: y, of: b }) => {
+            a == b && x != y
+        }
         (
             ClaimedValue::Number {
                 value: x,
@@ -65,11 +81,16 @@ fn excludes(a: &CheckedClaim, b: &CheckedClaim) -> bool {
             let digit = 0.5 * 10_f64.powi(-i32::from(a.min(b)));
             let share = if r || s { 0.2 } else { 0.04 };
             let far = (x.abs() - y.abs()).abs() > digit.max(0.1) + share * x.abs().min(y.abs());
-            one.quantity == other.quantity && is_one(one.quantity) && x.is_finite() && y.is_finite() && far
+            one.quantity == other.quantity
+                && is_one(one.quantity)
+                && x.is_finite()
+                && y.is_finite()
+                && far
         }
         (ClaimedValue::Number { value, .. }, ClaimedValue::Bounds { from, to, .. })
         | (ClaimedValue::Bounds { from, to, .. }, ClaimedValue::Number { value, .. }) => {
-            let outside = from.is_some_and(|from| value.abs() < 0.95 * from) || to.is_some_and(|to| value.abs() > 1.05 * to);
+            let outside = from.is_some_and(|from| value.abs() < 0.95 * from)
+                || to.is_some_and(|to| value.abs() > 1.05 * to);
             one.quantity == other.quantity && is_one(one.quantity) && value.is_finite() && outside
         }
         _ => false,

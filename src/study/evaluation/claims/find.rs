@@ -5,13 +5,13 @@ use std::ops::Range;
 
 use nearmiss_scene::scenario::Scene;
 
-use super::{Claim, ClaimedValue};
 use super::clauses::{Who, clauses};
 use super::mentions::{Mention, begins_with, is_label, mentions};
 use super::number::{MentionedTime, Number, Unit, heading_time, name_units, numbers, times};
 use super::references::{Cast, references};
 use super::sentence::Sentence;
 use super::tokens::{has_word, is_foreign, tokens};
+use super::{Claim, ClaimedValue};
 
 /// Ids and time steps that a text can refer to.
 pub struct MentionContext<'a> {
@@ -126,8 +126,16 @@ fn take(
     let bare_words = lower.trim_matches(['*', '#', ' ', '{', '"', '-', ':', '`']);
     let label = bare_words.split(['(', ':']).next().unwrap_or_default();
     let label = label.trim_matches(['*', ' ', '"', '_']);
-    let names_ego = ["ego", "the ego", "ego vehicle", "the ego vehicle", "ego vehicle state"].contains(&label);
-    let is_label = bare.trim_end_matches('*').ends_with([':', ')']) || heading || bare_words == label;
+    let names_ego = [
+        "ego",
+        "the ego",
+        "ego vehicle",
+        "the ego vehicle",
+        "ego vehicle state",
+    ]
+    .contains(&label);
+    let is_label =
+        bare.trim_end_matches('*').ends_with([':', ')']) || heading || bare_words == label;
     above.is_of_ego = names_ego && is_label
         || above.is_of_ego && !heading && named.is_empty() && (indent > above.ego_indent || !item);
     if names_ego && is_label {
@@ -209,19 +217,42 @@ fn read(
     let clauses = clauses(&tokens, &references, current);
     if std::env::var_os("CLAIMS_DEBUG").is_some() {
         for c in &clauses {
-            let w: Vec<&str> = tokens[c.at.clone()].iter().map(|t| t.word.as_str()).collect();
-            eprintln!("  [{}] who {:?} object {:?} ego {} {:?} label {}", w.join(" "), c.who, c.object, c.names_ego, c.mood, c.is_label);
+            let w: Vec<&str> = tokens[c.at.clone()]
+                .iter()
+                .map(|t| t.word.as_str())
+                .collect();
+            eprintln!(
+                "  [{}] who {:?} object {:?} ego {} {:?} label {}",
+                w.join(" "),
+                c.who,
+                c.object,
+                c.names_ego,
+                c.mood,
+                c.is_label
+            );
         }
         for r in &references {
-            let w: Vec<&str> = tokens[r.at.clone()].iter().map(|t| t.word.as_str()).collect();
-            eprintln!("      <{}> {:?} governed {} {:?}", w.join(" "), r.who, r.is_governed, r.says);
+            let w: Vec<&str> = tokens[r.at.clone()]
+                .iter()
+                .map(|t| t.word.as_str())
+                .collect();
+            eprintln!(
+                "      <{}> {:?} governed {} {:?}",
+                w.join(" "),
+                r.who,
+                r.is_governed,
+                r.says
+            );
         }
     }
     let who = clauses.iter().map(|clause| clause.who.clone()).collect();
     let taken: Vec<bool> = all
         .iter()
         .enumerate()
-        .map(|(i, n)| times.iter().any(|(place, _)| *place == i) || (n.unit == Unit::None && n.as_integer().is_some()))
+        .map(|(i, n)| {
+            times.iter().any(|(place, _)| *place == i)
+                || (n.unit == Unit::None && n.as_integer().is_some())
+        })
         .collect();
     let sentence = Sentence {
         lower,
@@ -253,7 +284,9 @@ fn read(
             }
             let own = clause_of(claim.span.start);
             let of = |clause: Option<usize>| {
-                let mut all = timed.iter().filter(|(at, _)| clause_of(start + at) == clause);
+                let mut all = timed
+                    .iter()
+                    .filter(|(at, _)| clause_of(start + at) == clause);
                 let first = all.next()?;
                 all.all(|other| other.1 == first.1).then_some(first.1)?
             };
@@ -317,7 +350,13 @@ fn row(
         let unit = titled.iter().map(|n| n.unit).find(|u| *u != Unit::None);
         let label = title.split(['(', '[', ',']).next().unwrap_or(title).trim();
         let is_time = has_word(title, "time") && !title.contains("collision");
-        if label.is_empty() || is_time || named.len() == 1 && numbers(cell).iter().any(|n| n.as_integer() == Some(obstacle)) {
+        if label.is_empty()
+            || is_time
+            || named.len() == 1
+                && numbers(cell)
+                    .iter()
+                    .any(|n| n.as_integer() == Some(obstacle))
+        {
             continue;
         }
         // A cell is the value of a field that its title names.
@@ -330,7 +369,12 @@ fn row(
             }
         }
         let when = above.time;
-        let (mut claims, _) = read((&lower, &all, &[], 0), (&[], when, &Who::Obstacles(vec![obstacle])), ("", false), world);
+        let (mut claims, _) = read(
+            (&lower, &all, &[], 0),
+            (&[], when, &Who::Obstacles(vec![obstacle])),
+            ("", false),
+            world,
+        );
         for claim in &mut claims {
             let begin = start + from + (cell.len() - cell.trim_start().len());
             claim.span = begin..start + from + cell.trim_end().len().max(1);
@@ -496,7 +540,9 @@ impl Above {
         match self.obstacle() {
             Some(id) => Who::Obstacles(vec![id]),
             None if self.open => Who::Unknown,
-            None => self.only.map_or(Who::Unknown, |id| Who::Obstacles(vec![id])),
+            None => self
+                .only
+                .map_or(Who::Unknown, |id| Who::Obstacles(vec![id])),
         }
     }
 

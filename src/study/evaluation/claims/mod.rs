@@ -5,21 +5,30 @@
 
 mod check;
 mod clauses;
+mod compared;
 mod consistency;
+mod contacts;
+mod ego;
+mod excuses;
 mod find;
 mod labelled;
+mod located;
 mod mentions;
 mod number;
 mod phrases;
 mod places;
 mod plans;
+mod quantity;
 mod record;
 mod references;
 mod score;
 mod sentence;
 mod sentences;
+mod speech;
+mod stated;
 mod tokens;
 mod traces;
+mod truth;
 mod verbs;
 mod worded;
 
@@ -35,8 +44,8 @@ use nearmiss_store::ClaimCounts;
 pub use check::{CheckedClaim, ClaimBasis, Judgement, TOLERANCES, check};
 pub use labelled::{AgreementRow, agreement};
 pub use record::{ClaimRecord, SentenceRecord};
-pub use traces::{Trace, TraceError, TruthRow, sentences_of, truth_table, waypoints};
 pub use sentences::{CheckedSentence, SentenceOutcome, sentences};
+pub use traces::{Trace, TraceError, TruthRow, sentences_of, truth_table, waypoints};
 
 /// The quantity a claim states about an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -121,9 +121,14 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
             .unwrap_or(before);
         // A key of JSON with its unit: "ttc_s".
         let key = before.trim_end_matches(['"', ' ', ':', '*']);
-        let keyed = [("_m", Unit::Metre), ("_s", Unit::Second), ("_mps", Unit::Speed), ("_m_s", Unit::Speed)]
-            .iter()
-            .rfind(|(end, _)| key.len() < before.len() && key.ends_with(end));
+        let keyed = [
+            ("_m", Unit::Metre),
+            ("_s", Unit::Second),
+            ("_mps", Unit::Speed),
+            ("_m_s", Unit::Speed),
+        ]
+        .iter()
+        .rfind(|(end, _)| key.len() < before.len() && key.ends_with(end));
         if let Some((_, unit)) = keyed {
             number.unit = *unit;
             continue;
@@ -176,7 +181,8 @@ fn in_words(text: &str) -> Vec<Number> {
     });
     for (at, unit, end) in units {
         let before = text[..at].to_lowercase();
-        let word = { WORDS.iter() }.find(|(word, _)| before.len() == at && ends_with_word(&before, word));
+        let word =
+            { WORDS.iter() }.find(|(word, _)| before.len() == at && ends_with_word(&before, word));
         if let Some((word, value)) = word {
             found.push(Number {
                 value: *value,

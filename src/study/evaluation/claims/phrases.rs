@@ -114,7 +114,8 @@ pub fn away_from_the_ego(after: &str) -> bool {
 /// Whether the words after "away" say when or what else, and not from what.
 fn is_end(more: &str) -> bool {
     [
-        "at ", "and ", "with ", "but ", "in the ", "on the ", "while ", "in total", "now", "so ", "yet ",
+        "at ", "and ", "with ", "but ", "in the ", "on the ", "while ", "in total", "now", "so ",
+        "yet ",
     ]
     .iter()
     .any(|word| more.starts_with(word))

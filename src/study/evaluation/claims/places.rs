@@ -31,8 +31,16 @@ const ALONG: [(&str, bool, bool); 9] = [
 
 /// Words across it.
 const ACROSS: [(&str, bool, bool); 6] = [
-    ("to|on|at ?our|my|your|ego|ego's ?vehicle ?'s left ?hand ?side|flank", true, false),
-    ("to|on|at ?our|my|your|ego|ego's ?vehicle ?'s =right ?hand ?side|flank", false, false),
+    (
+        "to|on|at ?our|my|your|ego|ego's ?vehicle ?'s left ?hand ?side|flank",
+        true,
+        false,
+    ),
+    (
+        "to|on|at ?our|my|your|ego|ego's ?vehicle ?'s =right ?hand ?side|flank",
+        false,
+        false,
+    ),
     ("left of ego|us|me|you ?vehicle|car", true, false),
     ("=right of ego|us|me|you ?vehicle|car", false, false),
     ("left", true, true),
@@ -48,10 +56,17 @@ pub static PLACES: LazyLock<Lexicon<Placed>> = LazyLock::new(|| {
             front: Some(front),
             left: None,
         };
-        let place = if in_field { Placed::Field(front) } else { Placed::At(front) };
+        let place = if in_field {
+            Placed::Field(front)
+        } else {
+            Placed::At(front)
+        };
         all.push((along.into(), place));
         if !in_field {
-            all.push((format!("{along} of ego|us|me|you|our|my ?vehicle|car"), place));
+            all.push((
+                format!("{along} of ego|us|me|you|our|my ?vehicle|car"),
+                place,
+            ));
         }
         for (across, left, _) in ACROSS {
             let both = Placed::At(Side {
@@ -62,21 +77,39 @@ pub static PLACES: LazyLock<Lexicon<Placed>> = LazyLock::new(|| {
             all.push((format!("{across} ?and|but {along}{of_ego}"), both));
         }
     }
-    all.push(("=behind ego|us|me|you ?vehicle|car".into(), Placed::At(Side { front: Some(false), left: None })));
+    all.push((
+        "=behind ego|us|me|you ?vehicle|car".into(),
+        Placed::At(Side {
+            front: Some(false),
+            left: None,
+        }),
+    ));
     for (across, left, in_field) in ACROSS {
         let side = Side {
             front: None,
             left: Some(left),
         };
-        let place = if in_field { Placed::Field(side) } else { Placed::At(side) };
+        let place = if in_field {
+            Placed::Field(side)
+        } else {
+            Placed::At(side)
+        };
         all.push((across.into(), place));
         if !in_field && !across.contains(" of ego") {
             all.push((format!("{across} of ego|us|me|you ?vehicle|car"), place));
         }
     }
-    for beside in ["beside|alongside ?ego|us|me|you ?vehicle|car", "next to ego|us|me|you ?vehicle|car", "side by side", "abreast"] {
+    for beside in [
+        "beside|alongside ?ego|us|me|you ?vehicle|car",
+        "next to ego|us|me|you ?vehicle|car",
+        "side by side",
+        "abreast",
+    ] {
         all.push((beside.into(), Placed::Beside));
     }
-    let all: Vec<(&str, Placed)> = all.iter().map(|(text, place)| (text.as_str(), *place)).collect();
+    let all: Vec<(&str, Placed)> = all
+        .iter()
+        .map(|(text, place)| (text.as_str(), *place))
+        .collect();
     Lexicon::new(&all)
 });

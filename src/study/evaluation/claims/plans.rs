@@ -22,7 +22,11 @@ const STRAIGHT: f64 = 0.052;
 pub fn plans(tokens: &[Token], clause: &Clause) -> Vec<(std::ops::Range<usize>, Predicate, bool)> {
     let words = &tokens[clause.at.clone()];
     let says = |all: &[&str]| words.iter().any(|t| t.is(all));
-    if clause.who != Who::Ego || says(&["if", "unless", "could", "might", "may", "would", "had", "was", "?"]) {
+    if clause.who != Who::Ego
+        || says(&[
+            "if", "unless", "could", "might", "may", "would", "had", "was", "?",
+        ])
+    {
         return Vec::new();
     }
     let is_denied = says(&["not", "no", "never", "without", "cannot", "avoid"]);
@@ -41,10 +45,15 @@ pub fn plans(tokens: &[Token], clause: &Clause) -> Vec<(std::ops::Range<usize>, 
     });
     let mut found: Vec<_> = found.collect();
     // "I must stop": the bare verb is no state.
-    let bare = clause.at.clone().find(|i| tokens[*i].is(&["stop", "yield", "wait", "halt"]));
+    let bare = clause
+        .at
+        .clone()
+        .find(|i| tokens[*i].is(&["stop", "yield", "wait", "halt"]));
     if let Some(at) = bare
         && found.is_empty()
-        && !tokens.get(at + 1).is_some_and(|t| t.is(&["sign", "line", "light"]))
+        && !tokens
+            .get(at + 1)
+            .is_some_and(|t| t.is(&["sign", "line", "light"]))
     {
         found.push((at..at + 1, Predicate::Stops, is_denied));
     }
@@ -62,7 +71,10 @@ pub fn follow(predicate: Predicate, is_denied: bool, way: &[Waypoint]) -> (Judge
         })
         .collect();
     let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
-        return (Judgement::Unknown("the trajectory has fewer than two points"), String::new());
+        return (
+            Judgement::Unknown("the trajectory has fewer than two points"),
+            String::new(),
+        );
     };
     let slowest = legs.iter().map(|leg| leg.0).fold(f64::INFINITY, f64::min);
     let fastest = legs.iter().map(|leg| leg.0).fold(0.0, f64::max);
@@ -70,7 +82,10 @@ pub fn follow(predicate: Predicate, is_denied: bool, way: &[Waypoint]) -> (Judge
         .filter(|leg| leg.1.norm() > 0.05)
         .map(|leg| leg.1.y.atan2(leg.1.x))
         .collect();
-    let turn = headings.windows(2).map(|two| angle_between(two[0], two[1])).sum::<f64>();
+    let turn = headings
+        .windows(2)
+        .map(|two| angle_between(two[0], two[1]))
+        .sum::<f64>();
     let (from, to) = (first.0, last.0);
     let speeds = format!("{from:.1} to {to:.1} m/s");
     let holds = match predicate {
@@ -90,7 +105,12 @@ pub fn follow(predicate: Predicate, is_denied: bool, way: &[Waypoint]) -> (Judge
             turn if turn < STRAIGHT => Some(false),
             _ => None,
         },
-        _ => return (Judgement::Unknown("a trajectory alone does not tell"), speeds),
+        _ => {
+            return (
+                Judgement::Unknown("a trajectory alone does not tell"),
+                speeds,
+            );
+        }
     };
     let is = match predicate {
         Predicate::Turning(_) => format!("{:.0}° to the left", turn.to_degrees() + 0.0),
@@ -149,7 +169,11 @@ mod tests {
         ] {
             assert_eq!(of(predicate, good), Judgement::Right, "{predicate}");
             assert_eq!(of(predicate, bad), Judgement::Wrong, "{predicate}");
-            assert_eq!(follow(predicate, true, good).0, Judgement::Wrong, "{predicate}");
+            assert_eq!(
+                follow(predicate, true, good).0,
+                Judgement::Wrong,
+                "{predicate}"
+            );
         }
         assert_eq!(of(Accelerating, &stop), Judgement::Wrong);
         assert!(matches!(of(Stops, &way(1.0, 0.0)), Judgement::Unknown(_)));

@@ -6,10 +6,10 @@ use std::sync::LazyLock;
 use nearmiss_scene::metrics::Encounter;
 use nearmiss_scene::scenario::{LaneRelation, ObstacleType, Scene};
 
-use super::check::{crosses, is_at_side, opposes, stands};
 use super::mentions::Mention;
 use super::places::{PLACES, Placed};
 use super::tokens::{Lexicon, Token};
+use super::truth::{crosses, is_at_side, opposes, stands};
 use super::verbs::{Act, VERBS};
 use super::worded::lane_of;
 use super::{Predicate, Side};
@@ -139,7 +139,10 @@ static ADJECTIVES: LazyLock<Lexicon<Adjective>> = LazyLock::new(|| {
         ("broken down", Says(Stands)),
         ("oncoming|opposing", Says(Is(Predicate::Oncoming))),
         ("=crossing", Says(Is(Predicate::Crossing))),
-        ("=braking|=slowing|decelerating", Says(Is(Predicate::Braking))),
+        (
+            "=braking|=slowing|decelerating",
+            Says(Is(Predicate::Braking)),
+        ),
         ("=accelerating", Says(Is(Predicate::Accelerating))),
         ("slower", Says(Is(Predicate::SlowerThanEgo))),
         ("faster", Says(Is(Predicate::FasterThanEgo))),
@@ -198,7 +201,9 @@ const OWNERS: [&str; 9] = [
 ];
 
 /// Words before a noun that single it out, and those that make it several.
-const DETERMINERS: [&str; 9] = ["the", "a", "an", "this", "that", "such", "our", "my", "said"];
+const DETERMINERS: [&str; 9] = [
+    "the", "a", "an", "this", "that", "such", "our", "my", "said",
+];
 const SEVERAL: [&str; 17] = [
     "all", "every", "each", "any", "some", "one", "several", "many", "few", "these", "those",
     "two", "three", "four", "five", "six", "multiple",
@@ -285,10 +290,7 @@ impl Cast<'_> {
                 Some(_) => false,
             };
             let is_left = matches!(lane, Some(LaneRelation::Left | LaneRelation::FurtherLeft));
-            let is_right = matches!(
-                lane,
-                Some(LaneRelation::Right | LaneRelation::FurtherRight)
-            );
+            let is_right = matches!(lane, Some(LaneRelation::Right | LaneRelation::FurtherRight));
             let fits = fits_type(who.obstacle.kind)
                 && asked.side.is_none_or(|side| is_at_side(side, &encounter))
                 && asked
@@ -311,7 +313,9 @@ impl Cast<'_> {
                 .min_by(|a, b| a.1.total_cmp(&b.1))
                 .map(|one| one.0)
         };
-        let along = asked.side.is_some_and(|side| side.front.is_some() && side.left.is_none());
+        let along = asked
+            .side
+            .is_some_and(|side| side.front.is_some() && side.left.is_none());
         let in_lane: Vec<_> = fitting.iter().copied().filter(|one| one.2).collect();
         // Of several the one that is plainly nearer than the others.
         let plainly = |all: &[(i64, f64, bool)]| {
@@ -436,7 +440,9 @@ impl<'a> Reader<'a> {
         let is_indefinite = self.is(at, &["a", "an"]);
         // "It is a truck" names no one.
         let before = from.checked_sub(1);
-        let is_there = before.and_then(|i| i.checked_sub(1)).is_some_and(|i| self.is(i, &["there"]));
+        let is_there = before
+            .and_then(|i| i.checked_sub(1))
+            .is_some_and(|i| self.is(i, &["there"]));
         if is_indefinite && !is_there && before.is_some_and(|i| self.is(i, &["is", "as", "be"])) {
             return None;
         }
@@ -540,7 +546,9 @@ impl<'a> Reader<'a> {
         } else {
             match self.cast.find(&asked) {
                 Some(id) => Named::Obstacle(id),
-                None if is_any && says.is_empty() && !is_indefinite && !asked.is_nearest => Named::It,
+                None if is_any && says.is_empty() && !is_indefinite && !asked.is_nearest => {
+                    Named::It
+                }
                 None => Named::Other,
             }
         };
@@ -556,8 +564,15 @@ impl<'a> Reader<'a> {
     ) -> usize {
         let mut at = end;
         while self.tokens.get(at).is_some_and(|t| {
-            t.is(&["directly", "right", "just", "immediately", "currently", "now", "straight"])
-                && !self.is(at + 1, &["lane", "of"])
+            t.is(&[
+                "directly",
+                "right",
+                "just",
+                "immediately",
+                "currently",
+                "now",
+                "straight",
+            ]) && !self.is(at + 1, &["lane", "of"])
         }) {
             at += 1;
         }
@@ -613,7 +628,11 @@ impl<'a> Reader<'a> {
         let limit = found.last().map_or(0, |last| last.at.end).min(at);
         let before = self.tokens[limit..at].iter().rev();
         let word = { before }
-            .find(|t| !t.is(&["the", "a", "an", "that", "this", "\"", "=", "id", "#", "right", "directly"]))
+            .find(|t| {
+                !t.is(&[
+                    "the", "a", "an", "that", "this", "\"", "=", "id", "#", "right", "directly",
+                ])
+            })
             .map(|t| t.word.as_str());
         // "Between the ego and 7": so is the second one.
         let is_second = word == Some("and")
@@ -622,7 +641,8 @@ impl<'a> Reader<'a> {
                 .is_some_and(|last| last.is_governed && last.at.end + 2 >= at);
         let is_owner = self.is(at, &OWNERS)
             || self.is(one.at.end, &["'s"])
-            || matches!(one.who, Named::Obstacle(_)) && self.tokens[one.at.end - 1].word.ends_with("'s");
+            || matches!(one.who, Named::Obstacle(_))
+                && self.tokens[one.at.end - 1].word.ends_with("'s");
         one.is_governed = is_owner && !(!one.says.is_empty() && self.is(at, &OWNERS))
             || is_second
             || word.is_some_and(|word| PREPOSITIONS.contains(&word));

@@ -25,22 +25,62 @@ const CLASSES: &[(&str, u8)] = &[
 
 /// Words with which a score is supposed, compared or told of several.
 const UNSCORED: [&str; 22] = [
-    "if", "would", "could", "reduces", "than", "between", "obstacles", "not", "may", "might", "whether", "lowest", "highest",
-    "worst", "never", "had", "will", "excluded", "requires", "threshold", "scene", "scenario",
+    "if",
+    "would",
+    "could",
+    "reduces",
+    "than",
+    "between",
+    "obstacles",
+    "not",
+    "may",
+    "might",
+    "whether",
+    "lowest",
+    "highest",
+    "worst",
+    "never",
+    "had",
+    "will",
+    "excluded",
+    "requires",
+    "threshold",
+    "scene",
+    "scenario",
 ];
 
 /// What stands before a score.
 const SCORING: [&str; 20] = [
-    "score of", "score is", "score", "scores", "score as", "score should be", "score remains", "rate it", "rated", "rate this",
-    "rating of", "earns it a", "gets a", "gets", "gets a score of", "risk level", "risk of", "level of", "risk is", "it as",
+    "score of",
+    "score is",
+    "score",
+    "scores",
+    "score as",
+    "score should be",
+    "score remains",
+    "rate it",
+    "rated",
+    "rate this",
+    "rating of",
+    "earns it a",
+    "gets a",
+    "gets",
+    "gets a score of",
+    "risk level",
+    "risk of",
+    "level of",
+    "risk is",
+    "it as",
 ];
 
 /// The risk scores that are said: "overall risk: extreme (1)", "distance safety score: 4", "TTC 0.9 s (high risk)".
 pub fn risks(lower: &str, above: &str, numbers: &[Number]) -> Vec<Said> {
     let mentioned = |text: &str| {
-        ["score", "scores", "risk", "rate", "rated", "rating", "safety", "level"]
-            .iter()
-            .any(|word| has_word(text, word))
+        [
+            "score", "scores", "risk", "rate", "rated", "rating", "safety", "level",
+        ]
+        .iter()
+        .any(|word| has_word(text, word))
     };
     if !mentioned(lower) && !mentioned(above) && !lower.contains("score") {
         return Vec::new();
@@ -76,65 +116,100 @@ fn score(lower: &str, above: &str, number: &Number) -> Option<Said> {
     }
     let part = around(lower, number.span.start);
     let words = &lower[part.clone()];
-    let near: Vec<&str> = lower[part.start..number.span.start].split_whitespace().rev().take(5).collect();
+    let near: Vec<&str> = lower[part.start..number.span.start]
+        .split_whitespace()
+        .rev()
+        .take(5)
+        .collect();
     let near = near.join(" ");
-    if UNSCORED.iter().any(|word| has_word(&near, word)) || is_contracted(words) || ["if", "scene", "scenario"].iter().any(|word| has_word(words, word)) {
+    if UNSCORED.iter().any(|word| has_word(&near, word))
+        || is_contracted(words)
+        || ["if", "scene", "scenario"]
+            .iter()
+            .any(|word| has_word(words, word))
+    {
         return None;
     }
     let head = &lower[part.start..number.span.start];
     let before = head.trim_end_matches(MARKUP);
     let after = lower[number.span.end..].trim_start_matches(MARKUP);
     // A range, another scale, an index.
-    if ["to ", "out of", "/", "-", "–", "or ", "obstacle", "vehicle", ". "]
-        .iter()
-        .any(|word| after.starts_with(word))
+    if [
+        "to ", "out of", "/", "-", "–", "or ", "obstacle", "vehicle", ". ",
+    ]
+    .iter()
+    .any(|word| after.starts_with(word))
     {
         return None;
     }
     let said = { CLASSES.iter() }.find(|(class, _)| {
-        let bracket = after.strip_prefix('(').map(|rest| rest.trim_start_matches(MARKUP));
+        let bracket = after
+            .strip_prefix('(')
+            .map(|rest| rest.trim_start_matches(MARKUP));
         bracket.is_some_and(|rest| begins_with_word(rest, class))
     });
     let in_brackets = before.ends_with('(') && class_before(before).is_some();
     let is_field = before.ends_with([':', '=']) && {
         let label = before.trim_end_matches([':', '=', ' ', '*', '"']);
-        ["score", "risk", "overallriskscore", "level"].iter().any(|word| label.ends_with(word))
-            || label.contains("score") || has_word(label, "risk")
+        ["score", "risk", "overallriskscore", "level"]
+            .iter()
+            .any(|word| label.ends_with(word))
+            || label.contains("score")
+            || has_word(label, "risk")
     };
-    let is_said = SCORING.iter().any(|words| {
-        let bare = before.trim_end_matches(['*', ':', ' ', '=', '"']);
-        bare.strip_suffix(words).is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
-    }) || has_word(before, "score") && has_word(before, "for") && before.ends_with(':')
-        || before.is_empty() && has_word(after, "for") && has_word(before, "score");
+    let is_said =
+        SCORING.iter().any(|words| {
+            let bare = before.trim_end_matches(['*', ':', ' ', '=', '"']);
+            bare.strip_suffix(words)
+                .is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
+        }) || has_word(before, "score") && has_word(before, "for") && before.ends_with(':')
+            || before.is_empty() && has_word(after, "for") && has_word(before, "score");
     if !(is_field || is_said || in_brackets || said.is_some()) {
         return None;
     }
     let value = number.value as u8;
     // A class that says something else.
-    let class = said.map(|said| said.1).or_else(|| class_before(before).filter(|_| in_brackets));
+    let class = said
+        .map(|said| said.1)
+        .or_else(|| class_before(before).filter(|_| in_brackets));
     if class.is_some_and(|class| class != value) {
         return None;
     }
     // "At 0.5 m lateral distance I rate it 2": a score that is given is of all but what stands right before the word.
     let words: Vec<&str> = head.split_whitespace().collect();
     let near = words[words.len().saturating_sub(6)..].join(" ");
-    let given = ["rate", "rated", "gets", "earns", "assign"].iter().any(|word| has_word(&near, word));
+    let given = ["rate", "rated", "gets", "earns", "assign"]
+        .iter()
+        .any(|word| has_word(&near, word));
     let of = match given {
         true => RiskAspect::Overall,
         // "TTC < 0.5 s indicates extreme risk (score 1)" is the grade of that time.
-        false if is_said && !["indicat", "suggest", "correspond", "fall", "put"].iter().any(|word| head.contains(word)) => {
+        false
+            if is_said
+                && !["indicat", "suggest", "correspond", "fall", "put"]
+                    .iter()
+                    .any(|word| head.contains(word)) =>
+        {
             aspect(&near, above)?
         }
         false => aspect(head, above)?,
     };
-    Some((number.span.clone(), Quantity::Risk, ClaimedValue::Score { score: value, of }))
+    Some((
+        number.span.clone(),
+        Quantity::Risk,
+        ClaimedValue::Score { score: value, of },
+    ))
 }
 
 /// A class in brackets behind the number that it grades: "TTC 0.9 s (high risk)".
 fn graded(lower: &str, above: &str, number: &Number) -> Option<Said> {
-    let rest = lower[number.span.end..].trim_start_matches(MARKUP).strip_prefix('(')?;
+    let rest = lower[number.span.end..]
+        .trim_start_matches(MARKUP)
+        .strip_prefix('(')?;
     let start = lower.len() - rest.len();
-    let (class, score) = CLASSES.iter().find(|(class, _)| begins_with_word(rest, class))?;
+    let (class, score) = CLASSES
+        .iter()
+        .find(|(class, _)| begins_with_word(rest, class))?;
     let risk = rest[class.len()..].trim_start().strip_prefix("risk")?;
     let head = &lower[around(lower, number.span.start).start..number.span.start];
     let axis = axis(head).or_else(|| axis(above));
@@ -150,22 +225,46 @@ fn graded(lower: &str, above: &str, number: &Number) -> Option<Said> {
 /// A class that is stated of an obstacle: "it poses an extreme risk".
 fn class_said(lower: &str, above: &str) -> Option<Said> {
     const STATES: [&str; 20] = [
-        "reflects", "reflecting", "shows", "showing", "is", "warrant",
-        "poses", "posing", "presents", "presenting", "indicates", "indicating", "represents", "representing", "classified", "warrants",
-        "suggests", "suggesting", "as", "remains",
+        "reflects",
+        "reflecting",
+        "shows",
+        "showing",
+        "is",
+        "warrant",
+        "poses",
+        "posing",
+        "presents",
+        "presenting",
+        "indicates",
+        "indicating",
+        "represents",
+        "representing",
+        "classified",
+        "warrants",
+        "suggests",
+        "suggesting",
+        "as",
+        "remains",
     ];
     let plain = lower.replace(['*', '"', '`'], " ");
     let (class, score, at) = CLASSES.iter().skip(1).take(5).find_map(|(class, score)| {
         let risk = ["risk", "-risk"];
         let at = find_word(&plain, class)?;
         let after = plain[at + class.len()..].trim_start();
-        let after = after.strip_prefix("collision").unwrap_or(after).trim_start();
-        risk.iter().any(|word| after.starts_with(word)).then_some((class, score, at))
+        let after = after
+            .strip_prefix("collision")
+            .unwrap_or(after)
+            .trim_start();
+        risk.iter()
+            .any(|word| after.starts_with(word))
+            .then_some((class, score, at))
     })?;
     let words: Vec<&str> = plain[..at].split_whitespace().rev().take(4).collect();
     let is_stated = words.iter().any(|word| STATES.contains(word));
     let part = &plain[around(&plain, at)];
-    let is_doubted = UNSCORED.iter().any(|word| has_word(part, word)) || has_word(part, "no") || has_word(part, "potentially");
+    let is_doubted = UNSCORED.iter().any(|word| has_word(part, word))
+        || has_word(part, "no")
+        || has_word(part, "potentially");
     if !is_stated || is_doubted {
         return None;
     }
@@ -182,7 +281,10 @@ fn class_alone(lower: &str, above: &str) -> Option<Said> {
         return None;
     }
     let of = aspect(&lower[..field], above)?;
-    let words = lower[field..].trim_matches(MARKUP).trim_end_matches('.').trim_end_matches(MARKUP);
+    let words = lower[field..]
+        .trim_matches(MARKUP)
+        .trim_end_matches('.')
+        .trim_end_matches(MARKUP);
     let words = words.strip_suffix("risk").unwrap_or(words).trim_end();
     let (class, score) = CLASSES.iter().find(|(class, _)| words == *class)?;
     let at = field + lower[field..].find(class)?;
@@ -295,7 +397,8 @@ pub fn lanelets(lower: &str) -> Vec<Said> {
     let found = all.filter_map(|at| {
         let before = lower[..at].trim_end_matches(['*', ' ', '`', '"']);
         const IN: [&str; 13] = [
-            "in", "on", "within", "along", "occupies", "the", "(", ":", "-", ",", "is", "same", "ego's",
+            "in", "on", "within", "along", "occupies", "the", "(", ":", "-", ",", "is", "same",
+            "ego's",
         ];
         let is_in = before.is_empty() || IN.iter().any(|word| before.ends_with(word));
         let (end, id) = lanelet(lower, at)?;
@@ -333,12 +436,25 @@ fn lanelet(lower: &str, at: usize) -> Option<(usize, i64)> {
 /// That a time to collision never ends: "TTC: not applicable", "infinite".
 pub fn never(lower: &str, above: &str) -> Option<Said> {
     const NEVER: [&str; 9] = [
-        "not applicable", "n/a", "infinite", "infinity", "inf", "undefined", "not defined", "none", "∞",
+        "not applicable",
+        "n/a",
+        "infinite",
+        "infinity",
+        "inf",
+        "undefined",
+        "not defined",
+        "none",
+        "∞",
     ];
-    let (word, at) = NEVER.iter().find_map(|word| Some((word, find_word(lower, word).or_else(|| lower.find('∞'))?)))?;
+    let (word, at) = NEVER
+        .iter()
+        .find_map(|word| Some((word, find_word(lower, word).or_else(|| lower.find('∞'))?)))?;
     let before = &lower[..at];
     let bare = before.trim_end_matches([' ', '*', ':', '=', '`', '≈', '(']);
-    let is_value = bare.len() < before.trim_end().len() || bare.ends_with("is") || bare.ends_with("are") || bare.is_empty();
+    let is_value = bare.len() < before.trim_end().len()
+        || bare.ends_with("is")
+        || bare.ends_with("are")
+        || bare.is_empty();
     let is_time = ["ttc", "time to collision", "time-to-collision"]
         .iter()
         .any(|words| before.contains(words) || above.contains(words) && bare.len() < 30);

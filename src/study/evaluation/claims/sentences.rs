@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
+use super::consistency::contradictions;
 use super::number::{Number, Unit, numbers};
 use super::tokens::{has_word, is_foreign};
-use super::consistency::contradictions;
 use super::{CheckedClaim, ClaimedValue, Judgement, Quantity, Subject, checked, find};
 
 /// What a sentence comes to.
@@ -238,8 +238,8 @@ fn states(lower: &str) -> bool {
 /// Whether a number says when or how long.
 fn is_time(lower: &str, number: &Number) -> bool {
     const BEFORE: [&str; 20] = [
-        "at", "t =", "t=", "time", "until", "after", "from", "to", "step", "(", "last", "within", "for", "over", "past", "every",
-        "next", "per", "in", "one",
+        "at", "t =", "t=", "time", "until", "after", "from", "to", "step", "(", "last", "within",
+        "for", "over", "past", "every", "next", "per", "in", "one",
     ];
     let before = lower[..number.span.start].trim_end();
     number.unit == Unit::Second && BEFORE.iter().any(|word| before.ends_with(word))

@@ -102,9 +102,9 @@ pub fn tokens(lower: &str, numbers: &[Number]) -> Vec<Token> {
         // "Isn't", "it's".
         if matches!(c, '\'' | '’') {
             let tail = &lower[end..];
-            let ending = ["s", "re", "m", "ve", "ll", "d", "t"]
-                .iter()
-                .find(|e| tail.starts_with(**e) && !tail[e.len()..].starts_with(char::is_alphanumeric));
+            let ending = ["s", "re", "m", "ve", "ll", "d", "t"].iter().find(|e| {
+                tail.starts_with(**e) && !tail[e.len()..].starts_with(char::is_alphanumeric)
+            });
             if let Some(ending) = ending {
                 contract(&mut found, ending, at..end + ending.len());
                 at = end + ending.len();
@@ -113,7 +113,10 @@ pub fn tokens(lower: &str, numbers: &[Number]) -> Vec<Token> {
         }
         // TeX: "\approx", "\text{".
         if c == '\\' {
-            let letters = lower[end..].bytes().take_while(u8::is_ascii_alphabetic).count();
+            let letters = lower[end..]
+                .bytes()
+                .take_while(u8::is_ascii_alphabetic)
+                .count();
             let (mark, name) = (&lower[at..end], &lower[end..end + letters]);
             if ["approx", "times", "div"].contains(&name) {
                 let mark = match name {
@@ -148,8 +151,8 @@ pub fn tokens(lower: &str, numbers: &[Number]) -> Vec<Token> {
     // "The cyclist's still ahead" has a verb.
     for at in 0..found.len().saturating_sub(1) {
         const BEHIND_IS: [&str; 18] = [
-            "still", "already", "not", "a", "an", "the", "in", "on", "at", "ahead", "behind", "about", "just", "only", "now", "way",
-            "too", "very",
+            "still", "already", "not", "a", "an", "the", "in", "on", "at", "ahead", "behind",
+            "about", "just", "only", "now", "way", "too", "very",
         ];
         let next = &found[at + 1];
         if found[at].is(&["'s"]) && (next.is(&BEHIND_IS) || next.word.ends_with("ing")) {
@@ -218,7 +221,9 @@ fn contract(found: &mut Vec<Token>, ending: &str, span: Range<usize>) {
         "d" => "would",
         _ => {
             let is_verb = found.last().is_some_and(|t| {
-                t.is(&["it", "he", "she", "that", "there", "who", "what", "nobody", "nothing", "let"])
+                t.is(&[
+                    "it", "he", "she", "that", "there", "who", "what", "nobody", "nothing", "let",
+                ])
             });
             if is_verb { "is" } else { "'s" }
         }
@@ -248,10 +253,13 @@ struct Element {
 impl Element {
     fn read(text: &str) -> Self {
         let bare = text.strip_prefix('?');
-        let any = bare.unwrap_or(text).split('|').map(|one| match one.strip_prefix('=') {
-            Some(word) if !word.is_empty() => (true, word.to_owned()),
-            _ => (false, stem(one)),
-        });
+        let any = bare
+            .unwrap_or(text)
+            .split('|')
+            .map(|one| match one.strip_prefix('=') {
+                Some(word) if !word.is_empty() => (true, word.to_owned()),
+                _ => (false, stem(one)),
+            });
         Self {
             any: any.collect(),
             is_optional: bare.is_some(),
@@ -389,12 +397,16 @@ pub fn find_word(lower: &str, word: &str) -> Option<usize> {
 /// Whether a sentence in lower case is in another language than English: by its script, or by its small words.
 pub fn is_foreign(lower: &str) -> bool {
     const SMALL: [&str; 44] = [
-        "der", "das", "und", "ist", "nicht", "mit", "auf", "uns", "wir", "ein", "eine", "einen", "von", "zur", "zum", "dem", "den",
-        "im", "sich", "wird", "für", "aber", "noch", "vor", "bei", "le", "la", "les", "est", "une", "et", "dans", "sur", "devant",
-        "el", "los", "está", "una", "con", "en", "del", "il", "di", "che",
+        "der", "das", "und", "ist", "nicht", "mit", "auf", "uns", "wir", "ein", "eine", "einen",
+        "von", "zur", "zum", "dem", "den", "im", "sich", "wird", "für", "aber", "noch", "vor",
+        "bei", "le", "la", "les", "est", "une", "et", "dans", "sur", "devant", "el", "los", "está",
+        "una", "con", "en", "del", "il", "di", "che",
     ];
     let letters = lower.chars().filter(|c| c.is_alphabetic()).count();
-    let latin = lower.chars().filter(|c| c.is_alphabetic() && *c < '\u{250}').count();
+    let latin = lower
+        .chars()
+        .filter(|c| c.is_alphabetic() && *c < '\u{250}')
+        .count();
     let words = lower.split(|c: char| !c.is_alphabetic());
     latin * 5 < letters * 4 || words.filter(|word| SMALL.contains(word)).take(2).count() == 2
 }
@@ -425,13 +437,19 @@ mod tests {
             .collect();
         assert_eq!(
             words,
-            ["it", "is", "not", "3.2 m", "front", "left", ";", "will", "not", "ttc", "long"]
+            [
+                "it", "is", "not", "3.2 m", "front", "left", ";", "will", "not", "ttc", "long"
+            ]
         );
     }
 
     #[test]
     fn patterns_have_alternatives_and_gaps() {
-        let lexicon = Lexicon::new(&[("close in", 1), ("=closing", 2), ("move ?right toward|towards ego|us", 3)]);
+        let lexicon = Lexicon::new(&[
+            ("close in", 1),
+            ("=closing", 2),
+            ("move ?right toward|towards ego|us", 3),
+        ]);
         let at = |text: &str| lexicon.at(&read(text), 0);
         assert_eq!(at("closes rapidly in on"), Some((1, 3)));
         assert_eq!(at("closing fast"), Some((2, 1)));

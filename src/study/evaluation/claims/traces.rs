@@ -86,7 +86,8 @@ pub fn waypoints(rows: &[[f64; 3]]) -> Vec<Waypoint> {
 #[must_use]
 pub fn sentences_of(texts: &[(Subject<'_>, &str)]) -> Vec<Vec<CheckedSentence>> {
     let all = texts.par_iter();
-    all.map(|(subject, text)| sentences(text, subject)).collect()
+    all.map(|(subject, text)| sentences(text, subject))
+        .collect()
 }
 
 /// How many claims of a kind a model made, and how many hold.
@@ -165,7 +166,12 @@ pub fn truth_table<'a>(
                 }
             })
             .collect();
-        own.sort_by_key(|row| (row.kind != "all", std::cmp::Reverse(row.right + row.wrong + row.open)));
+        own.sort_by_key(|row| {
+            (
+                row.kind != "all",
+                std::cmp::Reverse(row.right + row.wrong + row.open),
+            )
+        });
         rows.extend(own);
     }
     rows

@@ -4,7 +4,8 @@ use nearmiss_base::geometry::{Placed, Pose, angle_between};
 use nearmiss_scene::metrics::{Contact, Encounter, RiskAspect, measure, paper};
 use nearmiss_scene::scenario::{LaneRelation, Motion, Participant, Scene};
 
-use super::check::{STANDING, judge_side};
+use super::check::STANDING;
+use super::truth::judge_side;
 use super::{Claim, Compared, Dimension, Judgement, Predicate, Subject};
 
 /// What is known of a predicate.
@@ -67,18 +68,25 @@ pub fn state(
                 holds: match apart {
                     _ if stands => Ok(false),
                     apart if (SAME..=std::f64::consts::PI - SAME).contains(&apart) => Ok(true),
-                    apart if !(SAME / 2.0..=std::f64::consts::PI - SAME / 2.0).contains(&apart) => Ok(false),
+                    apart if !(SAME / 2.0..=std::f64::consts::PI - SAME / 2.0).contains(&apart) => {
+                        Ok(false)
+                    }
                     _ => Err("it drives at a slant"),
                 },
                 is: format!("headings {:.0}° apart", apart.to_degrees()),
             }
         }
         Predicate::CutsIn => {
-            let steps = subject.window.map_or(step..=step, |(first, _)| first..=step);
+            let steps = subject
+                .window
+                .map_or(step..=step, |(first, _)| first..=step);
             let in_lane = |step: i64| {
                 let encounter = Encounter::at(scene, participant, step)?;
                 let lane = lane_of(scene, &encounter)?;
-                Some(matches!(lane, LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind))
+                Some(matches!(
+                    lane,
+                    LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind
+                ))
             };
             let all: Vec<bool> = steps.filter_map(in_lane).collect();
             let is_ahead = encounter.relation().gap_long >= 0.0;
@@ -95,7 +103,11 @@ pub fn state(
                 } else {
                     Ok(false)
                 },
-                is: if came { "it came into the ego's lane".into() } else { "it did not change into the ego's lane".into() },
+                is: if came {
+                    "it came into the ego's lane".into()
+                } else {
+                    "it did not change into the ego's lane".into()
+                },
             }
         }
         Predicate::At(side) => {
@@ -122,7 +134,10 @@ pub fn state(
                     _ => Ok(false),
                 },
                 is: first.map_or(String::new(), |first| {
-                    format!("{} at first", first.relation().direction.name().to_lowercase())
+                    format!(
+                        "{} at first",
+                        first.relation().direction.name().to_lowercase()
+                    )
                 }),
             }
         }
@@ -150,7 +165,9 @@ pub fn state(
                     (Some(_), _) => Ok(false),
                     (_, None) => Err("its lane is not known"),
                     // The left lane of the road may be the ego's own.
-                    (_, Some(LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind)) => Err("it is in the ego's lane"),
+                    (_, Some(LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind)) => {
+                        Err("it is in the ego's lane")
+                    }
                     (_, Some(LaneRelation::Oncoming)) if left => Err("its lane goes the other way"),
                     _ => Ok(false),
                 },
@@ -292,7 +309,10 @@ pub fn own_motion<'m>(
                     turn if turn < 1.0 => Ok(false),
                     _ => Err("its heading hardly changes"),
                 },
-                is: format!("{:.0}° to the left within 1 s", if left { turn } else { -turn } + 0.0),
+                is: format!(
+                    "{:.0}° to the left within 1 s",
+                    if left { turn } else { -turn } + 0.0
+                ),
             }
         }
         Predicate::ChangesLane => {
@@ -318,14 +338,23 @@ pub fn own_motion<'m>(
                     (true, _) => Ok(true),
                     (false, 0..=1) => Err("its lanes are not known"),
                     _ => {
-                        let drift = lanes.len() > 1 && before.is_some_and(|was| {
-                            let moved = was.pose.to_local(&now.pose.position);
-                            moved.y.abs() > 0.3 * dt
-                        });
-                        if drift { Err("it may be on its way") } else { Ok(false) }
+                        let drift = lanes.len() > 1
+                            && before.is_some_and(|was| {
+                                let moved = was.pose.to_local(&now.pose.position);
+                                moved.y.abs() > 0.3 * dt
+                            });
+                        if drift {
+                            Err("it may be on its way")
+                        } else {
+                            Ok(false)
+                        }
                     }
                 },
-                is: if changed { "it changed lanes within 3 s".into() } else { "it kept its lane".into() },
+                is: if changed {
+                    "it changed lanes within 3 s".into()
+                } else {
+                    "it kept its lane".into()
+                },
             }
         }
         _ => return None,
@@ -361,7 +390,10 @@ fn compare(
         }
         // Less is more dangerous.
         Dimension::Risk => Some(-f64::from(
-            encounter.thresholds().risk.aspect(encounter, RiskAspect::Overall),
+            encounter
+                .thresholds()
+                .risk
+                .aspect(encounter, RiskAspect::Overall),
         )),
     };
     let own = value(encounter).unwrap_or(f64::NAN);

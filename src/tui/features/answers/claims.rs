@@ -104,7 +104,9 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<Picked
     }
     let row = row(model, shown, &document, claim.span.end);
     opening::leave_place(model);
-    model.picked = Some(claim.obstacle);
+    if !claim.is_of_ego {
+        model.picked = Some(claim.obstacle);
+    }
     model.clock.playing = false;
     if model.clock.step() != step {
         model.clock.go(step);

@@ -100,7 +100,9 @@ pub fn agreement() -> Vec<AgreementRow> {
         })
         .collect();
     let mut rows = vec![AgreementRow::new("all")];
-    let all = SENTENCES.lines().filter_map(|line| serde_json::from_str::<Labelled>(line).ok());
+    let all = SENTENCES
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Labelled>(line).ok());
     for one in all {
         let Some(scene) = scenes.get(&one.scenario) else {
             continue;
@@ -165,9 +167,11 @@ impl Labelled {
         }
         let outcomes: Vec<SentenceOutcome> = own.iter().map(|one| one.outcome).collect();
         let is_wrong = outcomes.contains(&SentenceOutcome::Wrong);
-        let is_right = !outcomes.is_empty() && outcomes.iter().all(|one| *one == SentenceOutcome::Right);
+        let is_right =
+            !outcomes.is_empty() && outcomes.iter().all(|one| *one == SentenceOutcome::Right);
         let label = self.outcome.as_deref();
-        row.wrong_called_right += u32::from(is_right && (label == Some("wrong") || self.style == FOREIGN));
+        row.wrong_called_right +=
+            u32::from(is_right && (label == Some("wrong") || self.style == FOREIGN));
         row.right_called_wrong += u32::from(is_wrong && label == Some("right"));
         row
     }
@@ -179,17 +183,32 @@ fn is_kind(kind: &str, quantity: Quantity) -> bool {
     use Quantity as Q;
     let all: &[Quantity] = match kind {
         "distance" | "min_distance" => &[
-            Q::Distance, Q::DistanceAlong, Q::DistanceAcross, Q::GapLong, Q::GapLat, Q::MinDistance, Q::LeastDistance,
+            Q::Distance,
+            Q::DistanceAlong,
+            Q::DistanceAcross,
+            Q::GapLong,
+            Q::GapLat,
+            Q::MinDistance,
+            Q::LeastDistance,
         ],
         "gap_long" => &[Q::GapLong, Q::Distance, Q::DistanceAlong],
         "gap_lat" => &[Q::GapLat, Q::Distance, Q::DistanceAcross],
         "ttc" | "ttc_long" | "ttc_lat" => &[Q::Ttc, Q::TtcLong, Q::TtcLat],
         "thw" => &[Q::Headway],
         "speed" => &[Q::Speed, Q::ClosingSpeed],
-        "closing_speed" | "velocity_long" | "velocity_lat" => &[Q::ClosingSpeed, Q::VelocityLong, Q::VelocityLat, Q::Speed],
+        "closing_speed" | "velocity_long" | "velocity_lat" => {
+            &[Q::ClosingSpeed, Q::VelocityLong, Q::VelocityLat, Q::Speed]
+        }
         "acceleration" => &[Q::Acceleration],
         "acceleration_long" | "acceleration_lat" => &[Q::AccelerationLong, Q::AccelerationLat],
-        "motion" => &[Q::Motion, Q::Way, Q::Speed, Q::VelocityLong, Q::VelocityLat, Q::Comparison],
+        "motion" => &[
+            Q::Motion,
+            Q::Way,
+            Q::Speed,
+            Q::VelocityLong,
+            Q::VelocityLat,
+            Q::Comparison,
+        ],
         "lane" => &[Q::Way, Q::Motion],
         "direction" => &[Q::Side],
         "contact" => &[Q::Contact],
@@ -213,12 +232,22 @@ mod tests {
             println!("{row:?}");
         }
         let all = &rows[0];
-        assert_eq!(all.sentences as usize, SENTENCES.lines().count(), "every line is read");
+        assert_eq!(
+            all.sentences as usize,
+            SENTENCES.lines().count(),
+            "every line is read"
+        );
         let share = |part: u32, of: u32| f64::from(part) / f64::from(of);
         assert!(share(all.found, all.claims) > 0.6, "{all:?}");
         assert!(share(all.alike, all.found) > 0.95, "{all:?}");
-        assert!(share(all.wrong_called_right, all.sentences) < 0.03, "{all:?}");
-        assert!(share(all.right_called_wrong, all.sentences) < 0.04, "{all:?}");
+        assert!(
+            share(all.wrong_called_right, all.sentences) < 0.03,
+            "{all:?}"
+        );
+        assert!(
+            share(all.right_called_wrong, all.sentences) < 0.04,
+            "{all:?}"
+        );
         let foreign = rows.iter().find(|row| row.style == FOREIGN).unwrap();
         assert_eq!(foreign.wrong_called_right, 0, "never right: {foreign:?}");
     }

@@ -156,7 +156,9 @@ fn places_in_brackets_both_axes_and_lists_of_obstacles() {
             format!(
                 "Obstacle {a} is primarily behind and slightly to the left of the ego vehicle."
             ),
-            vec![format!("{a} direction: behind and slightly to the left of the ego vehicle")],
+            vec![format!(
+                "{a} direction: behind and slightly to the left of the ego vehicle"
+            )],
         ),
         (
             format!("Obstacle {a} is in front of the ego vehicle, moving closer."),

@@ -323,7 +323,11 @@ fn what_the_built_in_judge_says_is_right() {
         let window = Window::ending_at(&scene, scene.last_step(), 10);
         for task in nearmiss_scene::verdict::Task::VERDICTS {
             let said = nearmiss_scene::judge::judge(&scene, task, &window);
-            let subject = Subject::new(&scene, TimeOrigin::Recording, Some((window.first(), window.last())));
+            let subject = Subject::new(
+                &scene,
+                TimeOrigin::Recording,
+                Some((window.first(), window.last())),
+            );
             for text in [&said.reasoning, &said.verdict.justification] {
                 for checked in checked(text, &subject) {
                     all += 1;
@@ -446,12 +450,7 @@ fn after_an_aside_the_heading_counts_and_where_two_are_meant_nobody() {
         "### Obstacle {a}\n- Obstacle {b} is closer.\n- Lateral distance: 3.25 m\n\
          - It cuts in front of the path of obstacle {b}:\n  - Lateral distance: 7 m\n"
     );
-    assert_eq!(
-        brief(&text),
-        [
-            format!("{a} gap lateral: 3.25 m"),
-        ]
-    );
+    assert_eq!(brief(&text), [format!("{a} gap lateral: 3.25 m"),]);
     let text = format!(
         "Obstacle {a} is near. Although it closes in (longitudinal gap 5.5 m), the risk is lower than that of obstacle \
          {b}. The lateral gap is 2 m.\n\nFor obstacle {b} the longitudinal gap is 8.25 m."

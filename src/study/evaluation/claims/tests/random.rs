@@ -48,20 +48,41 @@ fn told(rng: &mut fastrand::Rng, truth: f64, is_true: bool) -> f64 {
 }
 
 /// A fact about an obstacle at a step in words, true or made false; nothing where no fact is plain.
-fn fact(rng: &mut fastrand::Rng, id: i64, encounter: &Encounter<'_>, is_true: bool) -> Option<String> {
+fn fact(
+    rng: &mut fastrand::Rng,
+    id: i64,
+    encounter: &Encounter<'_>,
+    is_true: bool,
+) -> Option<String> {
     let relation = encounter.relation();
     let distance = encounter.distance();
     let pick = |rng: &mut fastrand::Rng, all: &[&str]| all[rng.usize(..all.len())].to_owned();
     let said = match rng.u8(..9) {
         0 => {
             let d = told(rng, distance, is_true);
-            pick(rng, &["Obstacle ID is D m away.", "The distance to obstacle ID is D m.", "ID: distance D m", "Car ID keeps a distance of D m."])
-                .replace('D', "\u{1}").replace("I\u{1}", "ID").replace('\u{1}', &format!("{d:.2}"))
+            pick(
+                rng,
+                &[
+                    "Obstacle ID is D m away.",
+                    "The distance to obstacle ID is D m.",
+                    "ID: distance D m",
+                    "Car ID keeps a distance of D m.",
+                ],
+            )
+            .replace('D', "\u{1}")
+            .replace("I\u{1}", "ID")
+            .replace('\u{1}', &format!("{d:.2}"))
         }
         1 if relation.gap_long.abs() > 1.0 => {
             let gap = told(rng, relation.gap_long, is_true);
-            pick(rng, &["The longitudinal distance of obstacle ID is G m.", "Obstacle ID has a longitudinal gap of G m."])
-                .replace('G', &format!("{gap:.2}"))
+            pick(
+                rng,
+                &[
+                    "The longitudinal distance of obstacle ID is G m.",
+                    "Obstacle ID has a longitudinal gap of G m.",
+                ],
+            )
+            .replace('G', &format!("{gap:.2}"))
         }
         2 if relation.gap_lat.abs() > 1.0 => {
             let gap = told(rng, relation.gap_lat, is_true);
@@ -69,8 +90,17 @@ fn fact(rng: &mut fastrand::Rng, id: i64, encounter: &Encounter<'_>, is_true: bo
         }
         3 => {
             let speed = told(rng, encounter.other.velocity.abs(), is_true);
-            pick(rng, &["Obstacle ID drives at S m/s.", "The speed of car ID is S m/s.", "Vehicle ID is doing S m/s."])
-                .replace('S', "\u{1}").replace("\u{1}peed", "Speed").replace('\u{1}', &format!("{speed:.2}"))
+            pick(
+                rng,
+                &[
+                    "Obstacle ID drives at S m/s.",
+                    "The speed of car ID is S m/s.",
+                    "Vehicle ID is doing S m/s.",
+                ],
+            )
+            .replace('S', "\u{1}")
+            .replace("\u{1}peed", "Speed")
+            .replace('\u{1}', &format!("{speed:.2}"))
         }
         4 if relation.gap_long.abs() > 2.0 => {
             let front = (relation.gap_long > 0.0) == is_true;
@@ -79,7 +109,10 @@ fn fact(rng: &mut fastrand::Rng, id: i64, encounter: &Encounter<'_>, is_true: bo
         }
         5 if relation.gap_lat.abs() > 2.0 => {
             let left = (relation.gap_lat > 0.0) == is_true;
-            format!("Obstacle ID is to the {} of the ego.", if left { "left" } else { "right" })
+            format!(
+                "Obstacle ID is to the {} of the ego.",
+                if left { "left" } else { "right" }
+            )
         }
         6 => {
             let away = encounter.other.pose.position - encounter.ego.pose.position;
@@ -102,7 +135,11 @@ fn fact(rng: &mut fastrand::Rng, id: i64, encounter: &Encounter<'_>, is_true: bo
             format!("Obstacle ID is {verb}.")
         }
         7 => {
-            let bound = if is_true { 1.5 * distance + 1.0 } else { distance / 2.0 - 0.3 };
+            let bound = if is_true {
+                1.5 * distance + 1.0
+            } else {
+                distance / 2.0 - 0.3
+            };
             if bound < 0.5 {
                 return None;
             }
@@ -111,9 +148,15 @@ fn fact(rng: &mut fastrand::Rng, id: i64, encounter: &Encounter<'_>, is_true: bo
         8 if distance > 9.0 => pick(
             rng,
             if is_true {
-                &["Obstacle ID does not touch the ego.", "There is no collision with obstacle ID."]
+                &[
+                    "Obstacle ID does not touch the ego.",
+                    "There is no collision with obstacle ID.",
+                ]
             } else {
-                &["Obstacle ID has collided with the ego.", "Obstacle ID is in contact with the ego."]
+                &[
+                    "Obstacle ID has collided with the ego.",
+                    "Obstacle ID is in contact with the ego.",
+                ]
             },
         ),
         _ => return None,
@@ -149,7 +192,10 @@ fn no_true_fact_is_called_wrong_and_no_false_one_right() {
         let subject = Subject::new(&scene, TimeOrigin::Recording, Some((now, now)));
         let found = checked(&text, &subject);
         let told = |is: fn(&Judgement) -> bool| found.iter().any(|c| is(&c.judgement));
-        let (right, wrong) = (told(|j| *j == Judgement::Right), told(|j| *j == Judgement::Wrong));
+        let (right, wrong) = (
+            told(|j| *j == Judgement::Right),
+            told(|j| *j == Judgement::Wrong),
+        );
         let lines: Vec<String> = found.iter().map(CheckedClaim::line).collect();
         assert!(!(is_true && wrong), "{text}: {lines:?}");
         assert!(is_true || !right || wrong, "{text}: {lines:?}");
@@ -160,5 +206,9 @@ fn no_true_fact_is_called_wrong_and_no_false_one_right() {
         }
     }
     let share = f64::from(decided) / f64::from(scenes);
-    assert!(share > 0.85, "{share}: {:?}", &missed[..missed.len().min(20)]);
+    assert!(
+        share > 0.85,
+        "{share}: {:?}",
+        &missed[..missed.len().min(20)]
+    );
 }

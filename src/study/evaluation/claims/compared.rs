@@ -1,0 +1,291 @@
+//! How a clause says that distances and speeds change, and how it compares participants.
+
+use std::ops::Range;
+use std::sync::LazyLock;
+
+use super::clauses::{Clause, Who};
+use super::references::Named;
+use super::speech::{Said, Speech};
+use super::tokens::Lexicon;
+use super::{Compared, Dimension, Predicate};
+
+/// How distances and speeds are said to change, with the noun before the verb: "the gap is closing".
+static TRENDS: LazyLock<Lexicon<bool>> = LazyLock::new(|| {
+    Lexicon::new(&[
+        ("increases|grows|widens|rises|climbs|=up", true),
+        ("gets|becomes larger|bigger|longer|wider", true),
+        ("=opening|=opens", true),
+        (
+            "decreases|shrinks|narrows|drops|falls|reduces|diminishes|tightens|shortens|declines|=closes|=closing|=down",
+            false,
+        ),
+        ("gets|becomes smaller|shorter|tighter|less", false),
+    ])
+});
+
+static NOUNS: LazyLock<Lexicon<Dimension>> = LazyLock::new(|| {
+    Lexicon::new(&[
+        (
+            "distance|gap|separation|clearance|spacing|dtc",
+            Dimension::Distance,
+        ),
+        ("speed|velocity", Dimension::Speed),
+        ("ttc", Dimension::Ttc),
+        (
+            "braking|stopping|safe|following|safety distance|gap",
+            Dimension::Risk,
+        ),
+    ])
+});
+
+/// Comparatives, and whether they say more; those of all say the most.
+static COMPARATIVES: LazyLock<Lexicon<(Dimension, bool, bool)>> = LazyLock::new(|| {
+    use Dimension::{Distance, Risk, Speed, Ttc};
+    Lexicon::new(&[
+        ("closer|nearer", (Distance, false, false)),
+        ("farther|further ?away ?from", (Distance, true, false)),
+        ("more distant", (Distance, true, false)),
+        ("faster|quicker", (Speed, true, false)),
+        ("slower", (Speed, false, false)),
+        (
+            "smaller|shorter|lower distance|gap",
+            (Distance, false, false),
+        ),
+        (
+            "larger|greater|longer|bigger distance|gap",
+            (Distance, true, false),
+        ),
+        ("smaller|shorter|lower ttc", (Ttc, false, false)),
+        ("larger|greater|longer|higher ttc", (Ttc, true, false)),
+        ("higher|greater|larger speed|velocity", (Speed, true, false)),
+        ("lower|smaller speed|velocity", (Speed, false, false)),
+        (
+            "more|much dangerous|critical|risky|threatening|relevant",
+            (Risk, true, false),
+        ),
+        (
+            "less dangerous|critical|risky|threatening",
+            (Risk, false, false),
+        ),
+        (
+            "higher|greater|riskier|larger ?risk|danger|threat",
+            (Risk, true, false),
+        ),
+        ("lower|smaller risk|danger|threat", (Risk, false, false)),
+        ("closest|nearest", (Distance, false, true)),
+        (
+            "closest|nearest approach|point|distance|gap",
+            (Distance, false, false),
+        ),
+        ("farthest|furthest", (Distance, true, true)),
+        ("fastest|quickest", (Speed, true, true)),
+        ("slowest", (Speed, false, true)),
+        (
+            "most dangerous|critical|risky|threatening",
+            (Risk, true, true),
+        ),
+        (
+            "highest|greatest|riskiest|biggest ?risk|danger|threat",
+            (Risk, true, true),
+        ),
+        ("smallest|shortest|lowest|minimum ttc", (Ttc, false, true)),
+        (
+            "smallest|shortest|lowest distance|gap|clearance",
+            (Distance, false, true),
+        ),
+    ])
+});
+
+/// The first of what was found.
+trait First<T> {
+    fn copied_first(self) -> Option<T>;
+}
+
+impl<T: Copy> First<(T, Range<usize>)> for Option<&(T, Range<usize>)> {
+    fn copied_first(self) -> Option<(T, Range<usize>)> {
+        self.map(|(said, at)| (*said, at.clone()))
+    }
+}
+
+impl Speech<'_> {
+    /// How a distance or a speed is said to change.
+    pub(super) fn trends(&self, clause: &Clause, found: &mut Vec<Said>) {
+        let nouns = NOUNS.all(self.tokens, clause.at.clone());
+        let trends = TRENDS.all(self.tokens, clause.at.clone());
+        let [(grows, verb)] = trends.as_slice() else {
+            return;
+        };
+        // "Gap 4.4 m, opening".
+        let earlier = match verb.start == clause.at.start {
+            true => NOUNS.all(
+                self.tokens,
+                clause.at.start.saturating_sub(5)..clause.at.start,
+            ),
+            false => Vec::new(),
+        };
+        let before = nouns.iter().rfind(|(_, noun)| noun.end <= verb.start);
+        let Some((dimension, noun)) = before.or_else(|| nouns.first()).or_else(|| earlier.last())
+        else {
+            return;
+        };
+        let is_near = verb.start >= noun.end && verb.start - noun.end <= 8
+            || noun.start >= verb.end && noun.start - verb.end <= 2;
+        // "Increasing the distance" is a verb of its own.
+        let is_taken = found
+            .iter()
+            .any(|s| s.at.start < verb.end && verb.start < s.at.end);
+        if !is_near || is_taken {
+            return;
+        }
+        let Some(is_denied) = self.denial(clause, verb.start) else {
+            return;
+        };
+        let at = noun.start.min(verb.start)..noun.end.max(verb.end);
+        match dimension {
+            Dimension::Distance => {
+                for axis in self.axes(clause, &at) {
+                    let predicate = if *grows {
+                        Predicate::Receding(axis)
+                    } else {
+                        Predicate::Approaching(axis)
+                    };
+                    for id in self.pair(clause) {
+                        self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
+                    }
+                }
+            }
+            Dimension::Speed => {
+                let is_relative = self.tokens[clause.at.clone()]
+                    .iter()
+                    .any(|t| t.is(&["relative", "closing", "longitudinal", "lateral", "approach"]));
+                if !is_relative {
+                    let predicate = if *grows {
+                        Predicate::Accelerating
+                    } else {
+                        Predicate::Braking
+                    };
+                    for of in Self::own(clause) {
+                        self.push(found, clause, at.clone(), of, (predicate, is_denied));
+                    }
+                }
+            }
+            Dimension::Ttc | Dimension::Risk => {}
+        }
+    }
+
+    /// Comparisons with another obstacle, and with all.
+    pub(super) fn comparisons(&self, clause: &Clause, found: &mut Vec<Said>) {
+        for ((of, is_more, is_most), at) in COMPARATIVES.all(self.tokens, clause.at.clone()) {
+            // "The ego is faster": the other is slower.
+            if clause.who == Who::Ego && of == Dimension::Speed && !is_most {
+                let than = self
+                    .references
+                    .iter()
+                    .find(|r| r.at.start > at.start && clause.at.contains(&r.at.start));
+                let other = than.and_then(|r| match r.who {
+                    Named::Obstacle(id) => Some(id),
+                    _ => clause.topic,
+                });
+                let other = other.or(clause.topic);
+                if let (Some(id), Some(is_denied)) = (other, self.denial(clause, at.start)) {
+                    let predicate = if is_more {
+                        Predicate::SlowerThanEgo
+                    } else {
+                        Predicate::FasterThanEgo
+                    };
+                    self.push(found, clause, at, Some(id), (predicate, is_denied));
+                }
+                continue;
+            }
+            let Who::Obstacles(ids) = &clause.who else {
+                continue;
+            };
+            let [id] = ids.as_slice() else { continue };
+            let Some(is_denied) = self.denial(clause, at.start) else {
+                continue;
+            };
+            // "Car 7: nearest at step 47" tells when.
+            if is_most && self.is(at.end, &["at", "in", "within"]) {
+                continue;
+            }
+            let than = if is_most {
+                // "The nearest car brakes" names it, and "7 is the nearest" says so.
+                let naming = self.reference_at(at.start);
+                if naming.is_some_and(|r| {
+                    !r.says.is_empty() || r.who == Named::Obstacle(*id) && !self.names(*id, r)
+                }) {
+                    continue;
+                }
+                None
+            } else {
+                let limit = (at.end + 8).min(self.tokens.len());
+                let Some(than) = (at.end..limit).find(|i| self.is(*i, &["than"])) else {
+                    // "It is way faster".
+                    if of == Dimension::Speed && at.end == clause.at.end {
+                        let predicate = if is_more {
+                            Predicate::FasterThanEgo
+                        } else {
+                            Predicate::SlowerThanEgo
+                        };
+                        self.push(found, clause, at, Some(*id), (predicate, is_denied));
+                    }
+                    continue;
+                };
+                let next = self
+                    .references
+                    .iter()
+                    .find(|r| r.at.start > than && r.at.start <= than + 3);
+                match next.map(|r| r.who) {
+                    Some(Named::Obstacle(other)) if other != *id => Some(other),
+                    _ => continue,
+                }
+            };
+            let predicate = Predicate::Compared(Compared { of, is_more, than });
+            self.push(found, clause, at, Some(*id), (predicate, is_denied));
+        }
+        // "Its TTC of 1 s is the smallest".
+        let all = NOUNS.all(self.tokens, clause.at.clone());
+        let bare = clause
+            .at
+            .clone()
+            .find(|i| self.is(*i, &["smallest", "shortest", "lowest", "minimum", "least"]));
+        if let ([(of @ (Dimension::Ttc | Dimension::Distance), noun), ..], Some(at)) =
+            (all.as_slice(), bare)
+            && at > noun.start
+            && (noun.start..at).any(|i| self.is(i, &["is"]))
+            && let Who::Obstacles(ids) = &clause.who
+            && let [id] = ids.as_slice()
+            && let Some(is_denied) = self.denial(clause, at)
+        {
+            let predicate = Predicate::Compared(Compared {
+                of: *of,
+                is_more: false,
+                than: None,
+            });
+            self.push(found, clause, at..at + 1, Some(*id), (predicate, is_denied));
+        }
+        // "Most dangerous: 304".
+        if let (Some(((of, is_more, true), _)), Who::Obstacles(ids)) = (
+            COMPARATIVES
+                .all(self.tokens, clause.label.clone())
+                .first()
+                .copied_first(),
+            &clause.who,
+        ) && let [id] = ids.as_slice()
+            && self.tokens[clause.at.clone()].len() <= 4
+        {
+            let predicate = Predicate::Compared(Compared {
+                of,
+                is_more,
+                than: None,
+            });
+            self.push(
+                found,
+                clause,
+                clause.at.clone(),
+                Some(*id),
+                (predicate, false),
+            );
+        }
+    }
+}

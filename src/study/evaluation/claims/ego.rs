@@ -1,0 +1,117 @@
+//! What is said of the ego itself, and of all around it.
+
+use nearmiss_scene::metrics::Encounter;
+
+use super::check::{CheckedClaim, Judgement, bounded, fits};
+use super::truth::worded;
+use super::worded::{Known, own_motion, state};
+use super::{ClaimedValue, Counted, Quantity, Subject};
+
+/// What is said of the ego itself.
+pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
+    let (step, scene) = (checked.step, subject.scene);
+    let Some(ego) = scene.ego.track.at(step) else {
+        return;
+    };
+    let quantity = checked.claim.quantity;
+    match checked.claim.stated {
+        ClaimedValue::Number { .. } | ClaimedValue::Bounds { .. } => {
+            let truth = match quantity {
+                Quantity::Speed => ego.velocity.abs(),
+                Quantity::Acceleration => ego.acceleration,
+                Quantity::Heading => ego.pose.heading.to_degrees(),
+                _ => return,
+            };
+            checked.truth = Some(truth);
+            let (holds, decimals, sizes) = match checked.claim.stated {
+                ClaimedValue::Number {
+                    value,
+                    decimals,
+                    rough,
+                    magnitude,
+                } => {
+                    let sizes = magnitude && value >= 0.0;
+                    (
+                        fits(truth, value, (decimals, rough, sizes)),
+                        decimals,
+                        sizes,
+                    )
+                }
+                ClaimedValue::Bounds { from, to, decimals } => (
+                    bounded(truth.abs(), from, to, decimals) == Judgement::Right,
+                    decimals,
+                    true,
+                ),
+                _ => return,
+            };
+            checked.is = worded(quantity, truth, decimals, sizes);
+            checked.judgement = if holds {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+        }
+        ClaimedValue::Count { number, of } => {
+            let (least, most) = counted(of, subject, step);
+            let number = usize::from(number);
+            checked.truth = (least == most).then_some(least as f64);
+            checked.is = if least == most {
+                least.to_string()
+            } else {
+                format!("{least} to {most}")
+            };
+            checked.judgement = match (least, most) {
+                _ if !(least..=most).contains(&number) => Judgement::Wrong,
+                _ if least == most => Judgement::Right,
+                _ => Judgement::Unknown("of some it cannot be told"),
+            };
+        }
+        ClaimedValue::Place(x, y, decimals) => {
+            let place = ego.pose.position;
+            let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05) + 1e-9;
+            checked.is = format!("({:.2}, {:.2})", place.x, place.y);
+            checked.judgement = if (place.x - x).abs() <= digit && (place.y - y).abs() <= digit {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+        }
+        ClaimedValue::Word {
+            predicate,
+            is_denied,
+        } => {
+            let before = scene.ego.track.at(step - 1);
+            let history = |back: i64| scene.ego.track.at(step - back);
+            let Some(Known { holds, is }) = own_motion(predicate, scene, (ego, before), &history)
+            else {
+                return;
+            };
+            checked.is = is;
+            checked.judgement = match holds {
+                Err(why) => Judgement::Unknown(why),
+                Ok(holds) if holds != is_denied => Judgement::Right,
+                Ok(_) => Judgement::Wrong,
+            };
+        }
+        _ => {}
+    }
+}
+
+/// Of how many something holds at a step, at least and at most.
+pub(super) fn counted(of: Counted, subject: &Subject<'_>, step: i64) -> (usize, usize) {
+    let (mut least, mut most) = (0, 0);
+    for who in subject.scene.participants() {
+        let Some(encounter) = Encounter::at(subject.scene, &who, step) else {
+            continue;
+        };
+        let holds = match of {
+            Counted::Within(metres) => Ok(encounter.distance() <= metres),
+            Counted::Word(predicate) => {
+                state(predicate, subject, &who, (&encounter, step), &[]).holds
+            }
+        };
+        least += usize::from(holds == Ok(true));
+        most += usize::from(holds != Ok(false));
+    }
+    (least, most)
+}

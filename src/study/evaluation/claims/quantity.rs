@@ -1,0 +1,812 @@
+//! Which quantity a number of a sentence is, from the words around it.
+
+use super::Quantity;
+use super::clauses::Who;
+use super::find::ends_with_word;
+use super::number::{Number, Unit, axis, find_axis, from_ego, only_axis, without_reference};
+use super::phrases;
+use super::places::{PLACES, Placed};
+use super::references::Named;
+use super::sentence::Sentence;
+use super::stated::BOUNDS;
+use super::tokens::{denies, has_word};
+use super::verbs::{Act, VERBS};
+
+/// Words for lengths other than a distance to the ego.
+pub(super) const OTHER_LENGTHS: &[&str] = &[
+    "mdc",
+    "minimum",
+    "min",
+    "dce",
+    "width",
+    "length",
+    "size",
+    "radius",
+    "offset",
+    "change",
+    "changed",
+    "changing",
+    "shift",
+    "moved",
+    "travels",
+    "traveled",
+    "travelled",
+    "braking",
+    "stopping",
+    "lane",
+    "center",
+    "centre",
+    "dimensions",
+    "wide",
+    "long,",
+    "x",
+    "y",
+    "combined",
+    "sum",
+    "total",
+];
+
+/// Whether what follows seconds is the contact that they lead to: "before impact", "to the collision".
+pub(super) fn is_before_contact(after: &str) -> bool {
+    let rest = ["before ", "until ", "to ", "till ", "away from "]
+        .iter()
+        .find_map(|word| after.strip_prefix(word));
+    let rest = rest.map(|rest| rest.trim_start_matches("the ").trim_start_matches("a "));
+    rest.is_some_and(|rest| {
+        ["impact", "collision", "contact", "crash", "hitting"]
+            .iter()
+            .any(|word| rest.starts_with(word))
+    })
+}
+
+impl Sentence<'_> {
+    /// What the number says, and whether as a magnitude; `from` is where the number before it ends.
+    pub(super) fn quantity(&self, place: usize, from: usize) -> Option<(Quantity, bool)> {
+        if let Some(quantity) = self.in_quotient(place) {
+            return Some((quantity, true));
+        }
+        let number = &self.numbers[place];
+        let near = &self.lower[from..number.span.start];
+        let clause = self.clause(number.span.start);
+        let (begin, is_bracket) = self.begins(number);
+        // What the clause itself says before it.
+        let own = &self.lower[begin.clamp(from, number.span.start)..number.span.start];
+        let before = &self.lower[..number.span.start];
+        let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
+        // "Not 3 m", "9 m/s slower", "the distance to the kerb".
+        let said = near
+            .rsplit([',', '(', ')', ':', ';'])
+            .next()
+            .unwrap_or(near);
+        let compared = ["lower", "higher", "more ", "less "];
+        let is_bound = BOUNDS.iter().any(|(words, _)| said.contains(words));
+        let last = place.checked_sub(1).map(|i| self.numbers[i].unit);
+        if self.counted(near, after, last == Some(number.unit))
+            || denies(&said.replace("barely", "").replace("hardly", "")) && !is_bound
+            || compared.iter().any(|word| after.starts_with(word))
+            || self.is_to_another(near)
+        {
+            return None;
+        }
+        // "Longitudinal & lateral distance: 0.45 m & -2.04 m": which is which is not said beside the number.
+        let both = near.contains("longitudinal") && near.contains("lateral");
+        if both && (after.starts_with(['&', ',', '/']) || after.starts_with("and ")) {
+            return None;
+        }
+        let near_or_above = format!("{} {near}", self.above);
+        let label = clause.and_then(|clause| {
+            let (first, last) = (clause.label.start, clause.label.end.checked_sub(1)?);
+            let (first, last) = (self.tokens.get(first)?, self.tokens.get(last)?);
+            only_axis(&self.lower[first.span.start..last.span.end])
+        });
+        let is_short = near.len() < 40 || near.contains(':');
+        let named = find_axis(own, after).or(label).or_else(|| {
+            let is_near = is_bracket
+                || is_short && !near.contains("laterally") && !near.contains("longitudinally");
+            if is_near { axis(near) } else { None }
+        });
+        let axis = named.or_else(|| {
+            // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
+            let equals = near.contains(['=', '≈']) || near.contains("approx");
+            let calculated = number.unit == Unit::Second && equals;
+            let before = if calculated { only_axis(before) } else { None };
+            before.or_else(|| axis(self.above))
+        });
+        let time = |text: &str| {
+            text.contains("ttc")
+                || text.contains("time-to-collision")
+                || text.contains("time to collision")
+        };
+        // "Relative velocity: longitudinal 3 m/s, lateral 0 m/s": the word stands before the first number.
+        let relative = |text: &str| {
+            ["relative", "closing", "rel", "vrel", "v_rel"]
+                .iter()
+                .any(|word| has_word(text, word))
+                || text.contains("vrel_")
+                || text.contains("v_rel_")
+        };
+        // "2.2 m/s toward ego, lateral 0.6 m/s" is not the ego's.
+        let clause_of = |text: &str| {
+            let clause = text.rsplit([',', ';']).next().unwrap_or(text);
+            without_reference(clause)
+        };
+        let is_of_ego = has_word(&clause_of(near), "ego");
+        // "Position: rear-right with a longitudinal distance of 3 m": the label is not what is measured.
+        let clause = near.trim_end_matches(['*', ' ', '`', ':', '=', '(']);
+        let clause = clause.rsplit(':').next().unwrap_or(clause);
+        use Quantity::*;
+        match number.unit {
+            Unit::Second
+                if has_word(&near_or_above, "headway")
+                    || has_word(near, "time gap")
+                    || has_word(near, "thw") =>
+            {
+                Some((Headway, true))
+            }
+            Unit::Second
+                if after.starts_with("behind")
+                    || after.starts_with("gap")
+                    || after.starts_with("of headway")
+                    || after.starts_with("headway") =>
+            {
+                Some((Headway, true))
+            }
+            Unit::Second
+                if (self.is_until_contact(near) || is_before_contact(after))
+                    && !self.lower.contains("probability") =>
+            {
+                Some((Ttc, false))
+            }
+            Unit::Degree
+                if has_word(&near_or_above, "heading") || has_word(near, "orientation") =>
+            {
+                Some((Heading, false))
+            }
+            Unit::Second if axis.is_some() && has_word(own, "time") => {
+                Some((if axis == Some(true) { TtcLong } else { TtcLat }, false))
+            }
+            Unit::Second if time(&near_or_above) || (time(before) && axis.is_some()) => Some((
+                match axis {
+                    None => Ttc,
+                    Some(true) => TtcLong,
+                    Some(false) => TtcLat,
+                },
+                false,
+            )),
+            Unit::Metre => {
+                let first_word = after
+                    .split(|c: char| !c.is_alphanumeric())
+                    .next()
+                    .unwrap_or_default();
+                // "MDC: 7.93 m", in the words of the prompt.
+                let is_least = ["mdc", "mdc_long", "mdc_lat"]
+                    .iter()
+                    .any(|word| has_word(clause_of(near).as_str(), word) || has_word(clause, word))
+                    || has_word(self.above, "mdc")
+                        && near.trim_matches(['*', ' ', '-', '~', '≈']).is_empty();
+                if is_least && axis.is_none() {
+                    return Some((LeastDistance, true));
+                }
+                let smallest = ["minimum", "smallest", "least", "min", "closest", "nearest"];
+                let lengths = [
+                    "distance",
+                    "gap",
+                    "separation",
+                    "clearance",
+                    "approach",
+                    "point",
+                ];
+                let is_bound = has_word(near, "at least");
+                let says = |words: &[&str]| words.iter().any(|word| has_word(near, word));
+                if says(&smallest) && says(&lengths) && !is_bound && axis.is_none()
+                    || has_word(near, "as near as")
+                    || has_word(near, "as close as")
+                {
+                    return Some((MinDistance, true));
+                }
+                if has_word(own, "by")
+                    && ["trails", "leads", "behind", "ahead", "separated", "apart"]
+                        .iter()
+                        .any(|word| has_word(own, word))
+                {
+                    return Some((Distance, true));
+                }
+                if ["avoided", "missed", "cleared", "misses", "clears"]
+                    .iter()
+                    .any(|word| has_word(own, word))
+                {
+                    return Some((MinDistance, true));
+                }
+                if ["to the side", "to one side", "sideways"]
+                    .iter()
+                    .any(|words| after.starts_with(words))
+                {
+                    return Some((DistanceAcross, true));
+                }
+                // "4 m ahead", "5 m to our right".
+                let last: Vec<&str> = own.split_whitespace().rev().take(2).collect();
+                let is_other = last
+                    .iter()
+                    .any(|word| OTHER_LENGTHS.contains(word) && *word != "lane");
+                if let Some(along) = self.place_behind(number)
+                    && axis.is_none()
+                    && !is_other
+                {
+                    return Some((
+                        match along {
+                            Some(true) => DistanceAlong,
+                            Some(false) => DistanceAcross,
+                            None => Distance,
+                        },
+                        true,
+                    ));
+                }
+                if OTHER_LENGTHS.iter().any(|word| has_word(own, word))
+                    || ["mdc", "dce", "min"]
+                        .iter()
+                        .any(|word| has_word(near, word))
+                    || has_word(clause, "position")
+                    || has_word(self.above, "mdc")
+                    || ["long", "wide", "high", "lane"].contains(&first_word)
+                    || time(near)
+                {
+                    return None;
+                }
+                let distance = [
+                    "distance",
+                    "distances",
+                    "gap",
+                    "headway",
+                    "spacing",
+                    "room",
+                    "space",
+                    "separation",
+                    "clearance",
+                    "dtc",
+                    "dtclong",
+                    "dtclat",
+                ]
+                .iter()
+                .any(|word| has_word(&near_or_above, word))
+                    || after.starts_with("distance")
+                    || phrases::away_from_the_ego(after)
+                    || [
+                        "from us",
+                        "from me",
+                        "from the bumper",
+                        "from my bumper",
+                        "from our bumper",
+                        "from our",
+                    ]
+                    .iter()
+                    .any(|words| after.trim_start_matches("away ").starts_with(words))
+                    || self.is_range(near, after);
+                match axis.or_else(|| from_ego(after).filter(|_| !distance)) {
+                    Some(true) => Some((GapLong, false)),
+                    Some(false) => Some((GapLat, false)),
+                    // With a sign it is one of the two gaps, but which one is not stated. "This gap closes to 3 m"
+                    // continues with one of them, too.
+                    None if distance
+                        && number.value >= 0.0
+                        && !["this gap", "this distance"]
+                            .iter()
+                            .any(|words| near.contains(words)) =>
+                    {
+                        Some((Distance, false))
+                    }
+                    None => None,
+                }
+            }
+            Unit::Speed => {
+                let said = without_reference(&format!("{} {before}", self.above));
+                match axis {
+                    // Along an axis it is told as a relative one, whether the word is repeated or not.
+                    Some(long) if !is_of_ego => {
+                        let closing = has_word(near, "closing");
+                        Some((if long { VelocityLong } else { VelocityLat }, closing))
+                    }
+                    None if relative(&said) && !is_of_ego && after.starts_with("in both ") => {
+                        Some((VelocityLong, false))
+                    }
+                    None if [
+                        "closing",
+                        "closes",
+                        "approaching",
+                        "approaches",
+                        "relative",
+                        "combined",
+                        "nearing",
+                        "shrinking",
+                    ]
+                    .iter()
+                    .any(|word| has_word(near, word))
+                        || ["relative", "closing"]
+                            .iter()
+                            .any(|word| after.starts_with(word))
+                        || self.is_of_distance(number) =>
+                    {
+                        Some((ClosingSpeed, true))
+                    }
+                    // "1.6 m/s faster than us", "faster by 0.5 m/s".
+                    None if after.starts_with("faster")
+                        || after.starts_with("slower")
+                        || ["faster", "slower"].iter().any(|word| has_word(near, word)) =>
+                    {
+                        Some((VelocityLong, true))
+                    }
+                    None if self.is_own(number) => Some((Speed, false)),
+                    None if !relative(&said) && !is_of_ego && !has_word(&said, "ego") => {
+                        let approach = ["approach", "approaching", "toward", "towards"];
+                        let tail = near.rsplit(" with ").next().unwrap_or(near);
+                        if approach.iter().any(|word| has_word(tail, word)) {
+                            return None;
+                        }
+                        let bare = near.trim_end_matches(['*', ' ', '`', '(', '~']);
+                        let moving = [
+                            "moving at",
+                            "moving slowly at",
+                            "moving fast",
+                            "driving at",
+                            "moves at",
+                            "drives at",
+                            "travels at",
+                            "traveling at",
+                            "travelling at",
+                        ]
+                        .iter()
+                        .any(|words| ends_with_word(bare, words));
+                        let named = moving
+                            || ["speed", "velocity"]
+                                .iter()
+                                .any(|word| has_word(&near_or_above, word));
+                        named.then_some((Speed, false))
+                    }
+                    _ => None,
+                }
+            }
+            Unit::Acceleration => {
+                let said = own.to_owned();
+                match axis {
+                    Some(long) if relative(&format!("{} {before}", self.above)) && !is_of_ego => {
+                        Some((
+                            if long {
+                                AccelerationLong
+                            } else {
+                                AccelerationLat
+                            },
+                            false,
+                        ))
+                    }
+                    None if !relative(&said) => {
+                        let slower = near.contains("decelerat")
+                            || near.contains("brak")
+                            || near.contains("slow");
+                        let named = slower || near_or_above.contains("accelerat");
+                        named.then_some((Acceleration, slower))
+                    }
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the number is part of a calculation or of a range.
+    pub(super) fn counted(&self, near: &str, after: &str, is_alike: bool) -> bool {
+        const BEFORE: [char; 3] = ['/', '÷', '×'];
+        let near = near.trim_end_matches(['*', ' ', '`', '(', '|', '$', '\\']);
+        let behind = near.chars().next_back();
+        let operand = behind
+            .is_some_and(|c| BEFORE.contains(&c) || c == '+' || is_alike && (c == '-' || c == '–'));
+        let first = after.chars().next();
+        let goes_on = first.is_some_and(|c| ['/', '÷', '×', '–', '-', '+', '→'].contains(&c));
+        operand
+            || goes_on
+            || after.strip_prefix("to ").is_some_and(|end| {
+                end.trim_start_matches(['-', '−', '~'])
+                    .starts_with(|c: char| c.is_ascii_digit())
+            })
+            || after.starts_with("or ")
+            || near.ends_with("\\times")
+            || near.ends_with("\\frac{")
+            || after.starts_with("->")
+    }
+
+    /// What a number is in a division of a length by a speed: "8.45 m / 6.87 m/s = 1.23 s".
+    pub(super) fn in_quotient(&self, place: usize) -> Option<Quantity> {
+        let parts = (place.saturating_sub(2)..=place).find_map(|from| {
+            let parts = self.numbers.get(from..from + 3)?;
+            let between = |i: usize| {
+                let text = self.lower.get(parts[i].span.end..parts[i + 1].span.start);
+                text.unwrap_or("?")
+                    .trim_matches([' ', '*', '`', ')', '(', '~', '$', '\\', '{', '}', '|'])
+            };
+            let divides = ["/", "÷"].contains(&between(0));
+            let gives = between(1).starts_with(['=', '≈']) || between(1).starts_with("approx");
+            (divides && gives && parts[2].unit == Unit::Second).then_some((from, parts))
+        });
+        let (from, parts) = parts?;
+        let before = &self.lower[..parts[0].span.start];
+        let after = self.lower[parts[2].span.end..].trim_start_matches(['*', ' ', '`']);
+        let own = before.rsplit([',', ';']).next().unwrap_or(before);
+        let axis = find_axis("", after)
+            .or_else(|| only_axis(own))
+            .or_else(|| only_axis(before))
+            .or_else(|| axis(self.above));
+        let is_headway = ["headway", "time gap", "thw"]
+            .iter()
+            .any(|word| has_word(before, word));
+        let has_unit = parts[place - from].unit != Unit::None;
+        match (place - from, axis) {
+            (0 | 1, _) if !has_unit && parts[place - from].decimals == 0 => None,
+            (1, _) if is_headway => None,
+            (0, Some(true)) => Some(Quantity::GapLong),
+            (0, Some(false)) => Some(Quantity::GapLat),
+            (0, None) => Some(Quantity::DistanceAlong),
+            (1, Some(true)) => Some(Quantity::VelocityLong),
+            (1, Some(false)) => Some(Quantity::VelocityLat),
+            (1, None) => Some(Quantity::ClosingSpeed),
+            (_, _) if is_headway => Some(Quantity::Headway),
+            (_, Some(true)) => Some(Quantity::TtcLong),
+            (_, Some(false)) => Some(Quantity::TtcLat),
+            (_, None) => Some(Quantity::Ttc),
+        }
+    }
+
+    /// The place that stands right behind a length: along the ego's heading, across it, or both.
+    pub(super) fn place_behind(&self, number: &Number) -> Option<Option<bool>> {
+        let at = self
+            .tokens
+            .iter()
+            .position(|t| t.span.start >= number.span.end)?;
+        let skipped = (at..at + 3)
+            .take_while(|i| {
+                *i == at
+                    || self.tokens.get(i - 1).is_some_and(|t| {
+                        t.word.ends_with("ly")
+                            || t.is(&["straight", "right", "further", "or", "so", "("])
+                    })
+            })
+            .find_map(|i| Some((PLACES.at(self.tokens, i)?, i)));
+        let ((Placed::At(side) | Placed::Field(side), end), _) = skipped? else {
+            return None;
+        };
+        // "3 m in front of car 7", "3 m left lane".
+        let follows = self.tokens.get(end);
+        let is_other = self.references.iter().any(|r| {
+            r.at.start <= end + 1
+                && r.at.end > end
+                && !matches!(r.who, Named::Ego)
+                && self.tokens[end..r.at.start.max(end)]
+                    .iter()
+                    .all(|t| t.is(&["of", "the", "a"]))
+        });
+        let is_mirrored = self
+            .clause(number.span.start)
+            .is_some_and(|clause| clause.who == Who::Ego);
+        if follows.is_some_and(|t| t.is(&["lane", "side"])) || is_other && !is_mirrored {
+            return None;
+        }
+        Some(match (side.front, side.left) {
+            (Some(_), None) => Some(true),
+            (None, Some(_)) => Some(false),
+            _ => None,
+        })
+    }
+
+    /// Whether a length is plainly that to the other: "at 54 m", "within 5 m", "12 m clear", or all that a field says.
+    pub(super) fn is_range(&self, near: &str, after: &str) -> bool {
+        let bare = near.trim_end_matches(['*', ' ', '`', '~', '≈', '"']);
+        const ROUGHLY: [&str; 20] = [
+            "less than",
+            "more than",
+            "under",
+            "over",
+            "at least",
+            "still",
+            "another",
+            "now",
+            "about",
+            "around",
+            "roughly",
+            "only",
+            "just",
+            "some",
+            "approximately",
+            "like",
+            "something",
+            "maybe",
+            "almost",
+            "barely",
+        ];
+        let mut bare = bare;
+        while let Some(rest) = ROUGHLY.iter().find_map(|word| {
+            let rest = bare.strip_suffix(word)?;
+            (!rest.ends_with(char::is_alphanumeric)).then_some(rest)
+        }) {
+            bare = rest.trim_end();
+        }
+        let begins = bare.trim_start_matches(['-', ' ', '*']).is_empty()
+            || bare.ends_with([',', ':', '(', '—', '–', '|', ';']);
+        let words = [
+            "at",
+            "with",
+            "by",
+            "to within",
+            "within",
+            "closer than",
+            "nearer than",
+            "is",
+            "under",
+            "only",
+            "sits",
+            "remains",
+            "stays",
+            "now",
+        ];
+        let ends = |text: &str, words: &[&str]| words.iter().any(|word| ends_with_word(text, word));
+        let first = after
+            .split(|c: char| !c.is_alphanumeric())
+            .next()
+            .unwrap_or_default();
+        let follows = [
+            "away",
+            "off",
+            "apart",
+            "back",
+            "clear",
+            "out",
+            "from",
+            "ahead",
+            "behind",
+            "in",
+            "to",
+            "on",
+            "at",
+            "over",
+            "margin",
+            "gap",
+            "distance",
+            "clearance",
+            "of",
+            "between",
+            "lateral",
+            "laterally",
+        ]
+        .contains(&first);
+        const GOES_ON: [&str; 11] = [
+            "is", "was", "and", "with", "yet", "but", "which", "while", "so", "already", "now",
+        ];
+        let is_last = after.is_empty()
+            || GOES_ON.contains(&first)
+            || after.starts_with(['.', ',', ';', ')', '|', '"', '!', '(', '—', '–']);
+        let is_to_one = first == "to"
+            && after.split_whitespace().nth(1).is_some_and(|word| {
+                ["the", "it", "obstacle", "car", "vehicle", "truck"].contains(&word)
+                    || word.starts_with(|c: char| c.is_ascii_digit())
+            });
+        let is_noun = [
+            "gap",
+            "distance",
+            "clearance",
+            "separation",
+            "headway",
+            "margin",
+        ]
+        .contains(&first);
+        // "3 m away from the kerb".
+        let from = after
+            .find("from ")
+            .filter(|at| *at < 8)
+            .map(|at| &after[at + "from ".len()..]);
+        let is_of_another = from.is_some_and(|rest| {
+            let rest = rest.strip_prefix("the ").unwrap_or(rest);
+            ![
+                "ego", "us", "me", "our", "my", "you", "it", "bumper", "car", "vehicle",
+            ]
+            .iter()
+            .any(|word| rest.starts_with(word))
+        });
+        if is_of_another {
+            return false;
+        }
+        is_to_one
+            || is_noun
+            || follows
+                && !["in", "on", "to"].contains(&first)
+                && ends(
+                    bare,
+                    &["is", "at", "sits", "be", "drives", "stands", "just", ","],
+                )
+            || begins && (is_last || follows)
+            || ends(bare, &words) && (is_last || follows || first == "and" || first == "with")
+    }
+
+    /// Whether seconds are those until the bodies touch: "will collide in 2 s", "impact within 1.5 s".
+    pub(super) fn is_until_contact(&self, near: &str) -> bool {
+        let words = [
+            "collision",
+            "contact",
+            "impact",
+            "hit",
+            "hits",
+            "collide",
+            "collides",
+            "reach",
+            "reaches",
+            "reached",
+        ];
+        let bare = near.trim_end_matches(['*', ' ', '~', '≈']);
+        let bare = [
+            "about",
+            "around",
+            "roughly",
+            "only",
+            "just",
+            "less than",
+            "under",
+            "approximately",
+        ]
+        .iter()
+        .find_map(|word| bare.strip_suffix(word))
+        .unwrap_or(bare)
+        .trim_end();
+        (ends_with_word(bare, "in") || ends_with_word(bare, "within"))
+            && words.iter().any(|word| has_word(bare, word))
+    }
+
+    /// Whether the verb before a speed says how a distance changes: "draws away at 5 m/s".
+    pub(super) fn is_of_distance(&self, number: &Number) -> bool {
+        let Some(clause) = self.clause(number.span.start) else {
+            return false;
+        };
+        let place = |at: usize| {
+            self.tokens
+                .iter()
+                .position(|t| t.span.start >= at)
+                .unwrap_or(clause.at.end)
+        };
+        let (from, to) = (place(self.begins(number).0), place(number.span.start));
+        let verbs = VERBS.all(self.tokens, from..to.max(from));
+        const OWN: [&str; 5] = ["walk", "rid", "run", "driv", "travel"];
+        let is_own =
+            |at: &std::ops::Range<usize>| OWN.contains(&self.tokens[at.start].stem.as_str());
+        verbs
+            .iter()
+            .any(|(act, at)| matches!(act, Act::Nears(_) | Act::Approaches) && !is_own(at))
+            && !verbs.iter().any(|(act, _)| *act == Act::Moves)
+    }
+
+    /// Whether a speed is that of whom its clause is about: "doing 50 km/h", "our speed is 8 m/s".
+    pub(super) fn is_own(&self, number: &Number) -> bool {
+        const SAYS: [&str; 16] = [
+            "speed",
+            "velocity",
+            "pace",
+            "moving",
+            "moves",
+            "driving",
+            "drives",
+            "doing",
+            "going",
+            "riding",
+            "walking",
+            "rolling",
+            "running",
+            "travelling",
+            "traveling",
+            "cruising",
+        ];
+        let Some(clause) = self.clause(number.span.start) else {
+            return false;
+        };
+        let begin = self.begins(number).0;
+        let words = self.tokens.iter().filter(|t| t.span.start >= begin);
+        let before = words.take_while(|t| t.span.start < number.span.start);
+        let mut before = before.collect::<Vec<_>>();
+        before.truncate(12);
+        let is_relative = before.iter().any(|t| {
+            t.is(&[
+                "relative",
+                "closing",
+                "limit",
+                "than",
+                "difference",
+                "lateral",
+                "longitudinal",
+            ])
+        });
+        let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
+        let is_compared = [
+            "faster",
+            "slower",
+            "more",
+            "less",
+            "relative",
+            "closing",
+            "difference",
+        ]
+        .iter()
+        .any(|word| after.starts_with(word));
+        // "At 24 m/s the lorry …": of whom is not told.
+        let first = self
+            .references
+            .iter()
+            .find(|r| clause.at.contains(&r.at.start));
+        let is_before =
+            first.is_some_and(|r| self.tokens[r.at.start].span.start > number.span.start);
+        if is_before && matches!(clause.who, Who::Obstacles(_)) {
+            return false;
+        }
+        let towards = before.iter().any(|t| t.is(&["toward", "towards"]));
+        let walks = before
+            .iter()
+            .any(|t| ["walk", "rid", "run"].contains(&t.stem.as_str()));
+        let is_vague = matches!(clause.who, Who::Obstacles(_)) && towards && !walks;
+        let at = [
+            "at", "with", "about", "of", "roughly", "around", "does", "do", "steady", "constant",
+            "over", "only", "still", "is", "v", "=", "to",
+        ];
+        let is_near = before.last().is_none_or(|t| {
+            t.is(&at) || t.word.ends_with("ly") || t.number.is_some() || !t.is_word()
+        });
+        !is_relative && !is_compared && !is_vague && (is_near || before.iter().any(|t| t.is(&SAYS)))
+    }
+
+    pub(super) fn rough(&self, from: usize, to: usize) -> bool {
+        let near = &self.lower[from..to];
+        [
+            "approximately",
+            "about",
+            "around",
+            "roughly",
+            "nearly",
+            "barely",
+            "hardly",
+            "some",
+            "maybe",
+            "approx",
+            "almost",
+        ]
+        .iter()
+        .any(|word| has_word(near, word))
+            || near.contains(['~', '≈'])
+    }
+
+    /// A place said in words takes the sign: "3 m behind", "1.9 m to the left".
+    pub(super) fn magnitude(&self, _from: usize, number: &Number) -> bool {
+        // A number with its sign written is meant with it.
+        let shown = &self.lower[number.span.clone()];
+        !shown.starts_with(['-', '−', '–', '+'])
+    }
+
+    /// Whether a length is that to something else than the ego or the obstacle: "the distance to the kerb".
+    pub(super) fn is_to_another(&self, near: &str) -> bool {
+        let Some((_, to)) = near
+            .split_once("distance to ")
+            .or_else(|| near.split_once("gap to "))
+        else {
+            return false;
+        };
+        let to = to.strip_prefix("the ").unwrap_or(to);
+        let word = to
+            .split(|c: char| !c.is_alphanumeric())
+            .next()
+            .unwrap_or_default();
+        let known = [
+            "ego",
+            "obstacle",
+            "vehicle",
+            "car",
+            "truck",
+            "it",
+            "us",
+            "collision",
+            "this",
+            "that",
+            "bus",
+            "id",
+        ];
+        !word.is_empty() && !known.contains(&word) && word.parse::<f64>().is_err()
+    }
+}

@@ -1,0 +1,490 @@
+//! What the numbers of a sentence state: values, bounds, ranges and changes.
+
+use super::clauses::{Mood, Who};
+use super::find::ends_with_word;
+use super::number::{Number, Unit, axis, scale};
+use super::sentence::Sentence;
+use super::tokens::{denies, has_word};
+use super::{Claim, ClaimedValue, Quantity};
+
+/// Words in a clause that make its numbers no values of the scene.
+pub(super) const SUPPOSED: [&str; 11] = [
+    "predicted",
+    "probability",
+    "forecast",
+    "expected",
+    "example",
+    "average",
+    "difference",
+    "required",
+    "requires",
+    "recommended",
+    "mean",
+];
+
+/// Words before a number that make it a bound, and whether the value is above it; "" where it is no value at all.
+pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
+    ("less than", Some(false)),
+    ("lower than", Some(false)),
+    ("smaller than", Some(false)),
+    ("shorter than", Some(false)),
+    ("closer than", Some(false)),
+    ("nearer than", Some(false)),
+    ("no more than", Some(false)),
+    ("not more than", Some(false)),
+    ("at most", Some(false)),
+    ("up to", Some(false)),
+    ("below", Some(false)),
+    ("under", Some(false)),
+    ("within", Some(false)),
+    ("inside", Some(false)),
+    ("<", Some(false)),
+    ("≤", Some(false)),
+    ("more than", Some(true)),
+    ("greater than", Some(true)),
+    ("larger than", Some(true)),
+    ("longer than", Some(true)),
+    ("higher than", Some(true)),
+    ("further than", Some(true)),
+    ("farther than", Some(true)),
+    ("no less than", Some(true)),
+    ("at least", Some(true)),
+    ("above", Some(true)),
+    ("over", Some(true)),
+    ("exceeds", Some(true)),
+    ("exceeding", Some(true)),
+    ("beyond", Some(true)),
+    (">", Some(true)),
+    ("≥", Some(true)),
+    ("than", None),
+    ("by", None),
+];
+
+/// What a number is to the value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Bound {
+    /// The value itself.
+    None,
+    /// The value is above it.
+    Above,
+    /// The value is below it.
+    Below,
+    /// The value is between another one and it.
+    Between(f64),
+}
+
+/// A number in the sentence, and what it says of whom.
+pub(super) struct Stated {
+    pub(super) quantity: Quantity,
+    pub(super) value: ClaimedValue,
+    pub(super) of: i64,
+    pub(super) is_past: bool,
+}
+
+/// Whether "from" stands right before a number: where a change begins.
+pub(super) fn near_ends_with_from(before: &str) -> bool {
+    let bare = before.trim_end_matches(['*', ' ', '~', '≈']);
+    let bare = bare.strip_suffix("about").unwrap_or(bare).trim_end();
+    ends_with_word(bare, "from")
+}
+
+/// Whether the last verb of words says that it gets faster (true) or slower.
+pub(super) fn change_of_speed(near: &str) -> Option<bool> {
+    let last = |words: &[&str]| words.iter().filter_map(|word| near.rfind(word)).max();
+    let faster = last(&["accelerates", "accelerating", "accelerated"]);
+    let slower = last(&[
+        "decelerat",
+        "brakes",
+        "braking",
+        "braked",
+        "slows",
+        "slowing",
+        "deceleration",
+    ]);
+    match (faster, slower) {
+        (None, None) => None,
+        (a, b) => Some(a > b),
+    }
+}
+
+impl Sentence<'_> {
+    /// What the number at a place says; `from` is where the one before it ends, and `last` what that one said.
+    pub(super) fn number(
+        &self,
+        place: usize,
+        from: usize,
+        last: Option<(Quantity, Unit)>,
+    ) -> Vec<Stated> {
+        let number = &self.numbers[place];
+        let Some(clause) = self.clause(number.span.start) else {
+            return Vec::new();
+        };
+        let words = &self.tokens[clause.at.clone()];
+        let is_past = match clause.mood {
+            Mood::Said => false,
+            Mood::Past => true,
+            Mood::Future | Mood::Supposed => return Vec::new(),
+        };
+        let near = &self.lower[from..number.span.start];
+        let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
+        // "0.5 s < TTC ≤ 1 s" defines a class.
+        let compares = |text: &str| text.matches(['<', '≤', '>', '≥']).count();
+        if compares(near) > 1 {
+            return Vec::new();
+        }
+        let next = after.trim_start_matches(['<', '≤', '>', '≥', '=', ' ']);
+        if next.len() < after.len() && next.starts_with(char::is_alphabetic) {
+            return Vec::new();
+        }
+        // "From 3 m on".
+        if near_ends_with_from(&self.lower[..number.span.start]) {
+            return Vec::new();
+        }
+        if words.iter().any(|t| t.is(&SUPPOSED))
+            || number.unit == Unit::Acceleration
+                && words
+                    .iter()
+                    .any(|t| t.is(&["peak", "peaked", "maximum", "max", "up"]))
+        {
+            return Vec::new();
+        }
+        let begin = self.tokens[clause.at.start]
+            .span
+            .start
+            .clamp(from, number.span.start);
+        let bound = self.bound(place, &self.lower[begin..number.span.start]);
+        let Some(bound) = bound else {
+            return Vec::new();
+        };
+        let (quantity, magnitude) = match self.quantity(place, from) {
+            Some(found) => found,
+            // "A TTC of 1.2 s is below 1 s": the same quantity again.
+            None => match last {
+                Some((quantity, unit)) if unit == number.unit && bound != Bound::None => {
+                    (quantity, true)
+                }
+                _ => return Vec::new(),
+            },
+        };
+        let of = match (&clause.who, quantity) {
+            (Who::Ego, Quantity::Speed | Quantity::Acceleration | Quantity::Heading) => {
+                Some(self.ego)
+            }
+            _ => Self::met(clause),
+        };
+        let Some(of) = of else { return Vec::new() };
+        // "Accelerates with 2 m/s²" is no braking, and "brakes with 2 m/s²" is.
+        let verb = if quantity == Quantity::Acceleration {
+            change_of_speed(near)
+        } else {
+            None
+        };
+        let value = match bound {
+            Bound::None => ClaimedValue::Number {
+                value: match verb {
+                    Some(faster) => number.value.abs() * if faster { 1.0 } else { -1.0 },
+                    None => number.value,
+                },
+                decimals: number.decimals,
+                rough: self.rough(from, number.span.start),
+                magnitude: verb.is_none() && (magnitude || self.magnitude(from, number)),
+            },
+            Bound::Above => ClaimedValue::Bounds {
+                from: Some(number.value.abs()),
+                to: None,
+                decimals: number.decimals,
+            },
+            Bound::Below => ClaimedValue::Bounds {
+                from: None,
+                to: Some(number.value.abs()),
+                decimals: number.decimals,
+            },
+            Bound::Between(first) => ClaimedValue::Bounds {
+                from: Some(first.min(number.value.abs())),
+                to: Some(first.max(number.value.abs())),
+                decimals: number.decimals,
+            },
+        };
+        let one = |quantity| Stated {
+            quantity,
+            value,
+            of,
+            is_past,
+        };
+        // "Relative velocity: 0 m/s in both dimensions", "TTClong and TTClat are both 0 s", "2 m longitudinally and laterally".
+        let own = &self.lower[self.begins(number).0.min(number.span.start)..number.span.start];
+        let names = |text: &str| text.contains("long") && text.contains("lat");
+        let is_both = after.starts_with("in both ")
+            || names(own) && has_word(own, "both")
+            || after.starts_with("longitudinally and laterally");
+        let across = match quantity {
+            Quantity::VelocityLong | Quantity::VelocityLat => {
+                Some([Quantity::VelocityLong, Quantity::VelocityLat])
+            }
+            Quantity::TtcLong | Quantity::TtcLat => Some([Quantity::TtcLong, Quantity::TtcLat]),
+            Quantity::GapLong | Quantity::GapLat => Some([Quantity::GapLong, Quantity::GapLat]),
+            _ => None,
+        };
+        if is_both && let Some(both) = across {
+            return both.map(one).into();
+        }
+        vec![one(quantity)]
+    }
+
+    /// What the words before a number make of it; nothing where it is no value.
+    pub(super) fn bound(&self, place: usize, near: &str) -> Option<Bound> {
+        let number = &self.numbers[place];
+        // "At the last step, the distance is 3 m": what stands before the comma bounds nothing.
+        let own = near.rsplit([',', ')', ';']).next().unwrap_or(near);
+        let own = own.replace("over time", "");
+        let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
+        // "Between 3 and 5 m", "3 to 5 m", "3–5 m".
+        if let Some(first) = place.checked_sub(1).map(|i| &self.numbers[i])
+            && matches!(first.unit, Unit::None)
+            && number.unit != Unit::None
+        {
+            let joint = self
+                .lower
+                .get(first.span.end..number.span.start)
+                .unwrap_or("?");
+            let joint = joint.trim_matches(['*', ' ', '`']);
+            let before = self.lower[..first.span.start].trim_end();
+            if joint == "and" && before.ends_with("between")
+                || joint == "to" && !before.ends_with("from")
+                || ["-", "–"].contains(&joint)
+            {
+                return Some(Bound::Between(first.value.abs()));
+            }
+        }
+        if let Some(first) = place.checked_sub(1).map(|i| &self.numbers[i])
+            && first.unit == number.unit
+            && near.trim() == "and"
+            && self.lower[..first.span.start]
+                .trim_end()
+                .ends_with("between")
+        {
+            return Some(Bound::Between(first.value.abs()));
+        }
+        let ends = own.split_once("between").map(|(_, ends)| ends);
+        if let Some(ends) = ends
+            && !has_word(ends, "ego")
+            && !has_word(ends, "us")
+            && !ends.contains("flank")
+            && !ends.contains("bodies")
+        {
+            return None;
+        }
+        const NOT_NUMBERS: [&str; 7] = ["until", "every", "per", "past", "last", "next", "changes"];
+        let words: Vec<&str> = own.split_whitespace().rev().take(3).collect();
+        if words.iter().any(|word| NOT_NUMBERS.contains(word)) {
+            return None;
+        }
+        let is_symbol = |words: &str| !words.starts_with(char::is_alphabetic);
+        let word = BOUNDS.iter().find(|(words, _)| {
+            is_symbol(words) && own.contains(words) || !is_symbol(words) && has_word(&own, words)
+        });
+        let is_above = match word {
+            Some(("by", None))
+                if [
+                    "trails",
+                    "leads",
+                    "behind",
+                    "ahead",
+                    "separated",
+                    "apart",
+                    "avoided",
+                    "missed",
+                    "cleared",
+                    "misses",
+                    "clears",
+                    "faster",
+                    "slower",
+                ]
+                .iter()
+                .any(|word| has_word(&own, word)) =>
+            {
+                return Some(Bound::None);
+            }
+            Some((_, None)) => return None,
+            Some((_, Some(above))) => *above,
+            None if ["or less", "or closer"]
+                .iter()
+                .any(|words| after.starts_with(words)) =>
+            {
+                false
+            }
+            None if after.starts_with("or more") => true,
+            None => return Some(Bound::None),
+        };
+        // "Not below 3 m", "never more than 3 m".
+        let is_above = if denies(&own)
+            && !own.contains("no more than")
+            && !own.contains("no less than")
+            && !own.contains("not more than")
+        {
+            !is_above
+        } else {
+            is_above
+        };
+        Some(if is_above { Bound::Above } else { Bound::Below })
+    }
+
+    /// Two numbers with their axes in the same order: "longitudinal & lateral distance: 12.57 m & -3.36 m", "12.57 m long, -3.36 m
+    /// lat".
+    pub(super) fn both_axes(&self) -> Vec<Claim> {
+        let pair = self.numbers.windows(2).find_map(|pair| {
+            let (a, b) = (&pair[0], &pair[1]);
+            let (before, between, after) = (
+                &self.lower[..a.span.start],
+                self.lower
+                    .get(a.span.end..b.span.start)?
+                    .trim_matches(['*', ' ', '`']),
+                self.lower[b.span.end..].trim_start_matches(['*', ' ', '`']),
+            );
+            let same = a.unit == b.unit && matches!(a.unit, Unit::Metre | Unit::Speed);
+            if !same {
+                return None;
+            }
+            let short = |text: &str, word: &str| {
+                text.strip_prefix(word)
+                    .is_some_and(|rest| !rest.starts_with(char::is_alphabetic))
+            };
+            if short(between, "long") && short(after, "lat") {
+                return Some((pair, true));
+            }
+            let joined = ["&", "and", ",", "/"].contains(&between);
+            let part = before.rsplit([';', '.']).next().unwrap_or(before);
+            let order = part.rfind("longitudinal").zip(part.rfind("lateral"));
+            let (long, lat) = order.filter(|_| joined)?;
+            Some((pair, long < lat))
+        });
+        let Some((pair, long_first)) = pair else {
+            return Vec::new();
+        };
+        let Some(of) = self.stated_of(pair[0].span.start) else {
+            return Vec::new();
+        };
+        let before = format!("{} {}", self.above, &self.lower[..pair[0].span.start]);
+        let is_velocity = pair[0].unit == Unit::Speed;
+        let says = |words: &[&str]| words.iter().any(|word| has_word(&before, word));
+        if !is_velocity && !says(&["distance", "distances", "gap", "gaps"]) {
+            return Vec::new();
+        }
+        let claim = |number: &Number, long: bool| {
+            let quantity = match (is_velocity, long) {
+                (false, true) => Quantity::GapLong,
+                (false, false) => Quantity::GapLat,
+                (true, true) => Quantity::VelocityLong,
+                (true, false) => Quantity::VelocityLat,
+            };
+            let stated = ClaimedValue::Number {
+                value: number.value,
+                decimals: number.decimals,
+                rough: self.rough(0, number.span.start),
+                magnitude: self.magnitude(0, number),
+            };
+            self.claim(number.span.clone(), of, quantity, stated)
+        };
+        vec![claim(&pair[0], long_first), claim(&pair[1], !long_first)]
+    }
+
+    /// Whether a verb says something else than its numbers: "increased from 11 m to 9 m".
+    pub(super) fn is_contradictory(&self) -> bool {
+        let Some([from, to]) = self.pair() else {
+            return false;
+        };
+        let before = &self.lower[..from.span.start];
+        let has = |words: &[&str]| words.iter().any(|word| before.contains(word));
+        let grows = has(&["increas", "grow", "grew", "accelerat", "rose"]);
+        let shrinks = has(&["decreas", "shr", "reduc", "slow", "brak", "fell", "drop"]);
+        let (from, to) = (from.value.abs(), to.value.abs());
+        grows && !shrinks && to < from || shrinks && !grows && to > from
+    }
+
+    /// The numbers of a change: "from 9 m to 7.8 m", "9 → 7.8 m".
+    pub(super) fn pair(&self) -> Option<[&Number; 2]> {
+        let pairs = self.numbers.iter().enumerate().flat_map(|(i, first)| {
+            let further = self.numbers[i + 1..].iter().take(2);
+            further.map(move |second| [first, second])
+        });
+        { pairs }.find(|pair| {
+            let between = self.lower.get(pair[0].span.end..pair[1].span.start);
+            let between = between.unwrap_or("?").trim();
+            // "From 3.75 m (4.8 s) to 0.2 m".
+            let between = match (between.starts_with('('), between.rfind(')')) {
+                (true, Some(end)) => between[end + 1..].trim(),
+                _ => between,
+            };
+            let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~']);
+            let is_from = before.ends_with("from") && between == "to";
+            let is_arrow = ["→", "->"].contains(&between);
+            let same = pair[0].unit == pair[1].unit || pair[0].unit == Unit::None;
+            (is_from || is_arrow) && same
+        })
+    }
+
+    /// From one number to another: "the gap decreased from 9 m to 7.8 m".
+    pub(super) fn change(&self) -> Option<Claim> {
+        if denies(self.lower) {
+            return None;
+        }
+        let pair = self.pair()?;
+        let clause = self.clause(pair[0].span.start)?;
+        let before = &self.lower[..pair[0].span.start];
+        let says = |words: &[&str]| {
+            words
+                .iter()
+                .any(|word| has_word(before, word) || has_word(self.above, word))
+        };
+        let quantity = match pair[1].unit {
+            Unit::Metre
+                if says(&[
+                    "distance",
+                    "gap",
+                    "separation",
+                    "clearance",
+                    "spacing",
+                    "headway",
+                ]) =>
+            {
+                match axis(before).or_else(|| axis(self.above)) {
+                    Some(true) => Quantity::GapLong,
+                    Some(false) => Quantity::GapLat,
+                    None => Quantity::Distance,
+                }
+            }
+            Unit::Speed if says(&["closing", "relative"]) => Quantity::ClosingSpeed,
+            Unit::Speed => Quantity::Speed,
+            Unit::Second if says(&["ttc", "collision"]) => Quantity::Ttc,
+            _ => return None,
+        };
+        let is_own = quantity == Quantity::Speed && clause.who == Who::Ego;
+        let of = if is_own {
+            self.ego
+        } else {
+            self.stated_of(pair[0].span.start)?.0
+        };
+        if matches!(clause.mood, Mood::Supposed | Mood::Future) {
+            return None;
+        }
+        // As of km/h, the unit behind the second number.
+        let scale = if pair[0].unit == Unit::None {
+            scale(&self.lower[pair[1].span.clone()])
+        } else {
+            1.0
+        };
+        let stated = ClaimedValue::Change {
+            from: pair[0].value * scale,
+            to: pair[1].value,
+            decimals: pair[0].decimals.min(pair[1].decimals),
+        };
+        let mut claim = self.claim(
+            pair[0].span.start..pair[1].span.end,
+            (of, false),
+            quantity,
+            stated,
+        );
+        claim.step = None;
+        Some(claim).filter(|_| !self.is_contradictory())
+    }
+}
