@@ -89,71 +89,13 @@ const OPENERS: [&str; 33] = [
 ];
 
 /// Words with which a clause supposes, guesses, plans or asks.
-const SUPPOSING: [&str; 48] = [
-    "ready",
-    "prepare",
-    "prepared",
-    "preparing",
-    "if",
-    "unless",
-    "would",
-    "could",
-    "might",
-    "may",
-    "can",
-    "should",
-    "must",
-    "potential",
-    "potentially",
-    "possible",
-    "possibly",
-    "likely",
-    "unlikely",
-    "probably",
-    "suppose",
-    "imagine",
-    "whether",
-    "assuming",
-    "assume",
-    "assumed",
-    "hypothetically",
-    "needs",
-    "need",
-    "let",
-    "plan",
-    "intend",
-    "want",
-    "please",
-    "avoid",
-    "avoids",
-    "avoiding",
-    "prevent",
-    "until",
-    "once",
-    "when",
-    "typically",
-    "usually",
-    "threshold",
-    "limit",
-    "example",
-    "either",
-    "or",
-];
+const SUPPOSING: &str = "ready prepare prepared preparing if unless would could might may can should must potential potentially \
+        possible possibly likely unlikely probably suppose imagine whether assuming assume assumed hypothetically \
+        needs need let plan intend want please avoid avoids avoiding prevent until once when typically usually \
+        threshold limit example either or";
 
-const PAST: [&str; 12] = [
-    "was",
-    "were",
-    "had",
-    "initially",
-    "previously",
-    "earlier",
-    "originally",
-    "ago",
-    "formerly",
-    "came",
-    "did",
-    "began",
-];
+const PAST: &str =
+    "was were had initially previously earlier originally ago formerly came did began";
 
 /// The clauses of a sentence in order; `current` is whom it is about where it does not say.
 pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec<Clause> {
@@ -183,18 +125,16 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
             label = at.clone();
         }
         let words = &tokens[at.clone()];
-        if tokens[..at.start].last().is_some_and(|t| t.is(&[";"])) {
+        if tokens[..at.start].last().is_some_and(|t| t.is(";")) {
             is_conditional = false;
         }
-        is_conditional |= words
-            .iter()
-            .any(|t| t.is(&["if", "unless", "suppose", "imagine"]));
+        is_conditional |= words.iter().any(|t| t.is("if unless suppose imagine"));
         let own: Vec<&Reference> = { references.iter() }
             .filter(|r| at.contains(&r.at.start) && !r.is_compared)
             .collect();
         let (mut who, object) = subject(tokens, &at, &own, last.as_ref(), it);
         // "Faster (28 m/s) than the ego (24 m/s)".
-        let is_bracket = at.start > 0 && tokens[at.start - 1].is(&["("]);
+        let is_bracket = at.start > 0 && tokens[at.start - 1].is("(");
         let compared = references
             .iter()
             .find(|r| r.is_compared && r.at.end + 1 == at.start && is_bracket);
@@ -227,10 +167,8 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
             last = Some(who.clone());
         }
         let labelled = label.clone();
-        let is_label = end_mark == Some(":")
-            && !words
-                .iter()
-                .any(|t| t.is(&["is", "are", "am", "has", "have", "was", "were"]));
+        let is_label =
+            end_mark == Some(":") && !words.iter().any(|t| t.is("is are am has have was were"));
         if end_mark != Some(":") && end_mark != Some(",") && end_mark != Some("(") {
             label = 0..0;
         }
@@ -259,11 +197,9 @@ fn pieces<'t>(
     for at in 0..tokens.len() {
         let token = &tokens[at];
         let (before, after) = (at.checked_sub(1).map(|i| &tokens[i]), tokens.get(at + 1));
-        let is_mark = token.is(&[
-            ",", ";", "(", ")", ":", "—", "–", "|", "[", "]", "\"", "{", "}",
-        ]) || token.is(&["-"])
-            && before.is_none_or(|b| b.span.end < token.span.start);
-        if token.is(&["between"]) {
+        let is_mark = token.is(", ; ( ) : — – | [ ] { }")
+            || token.is("-") && before.is_none_or(|b| b.span.end < token.span.start);
+        if token.is("between") {
             depth_between = at + 8;
         }
         let both_numbers =
@@ -271,12 +207,11 @@ fn pieces<'t>(
         // "(1.2, 3.4)", "3–5 m".
         let has_unit = before.is_some_and(|b| b.word.contains(char::is_alphabetic));
         // "7, 8, and 9".
-        let is_list = token.is(&[","])
-            && after.is_some_and(|a| a.is(&["and"]))
+        let is_list = token.is(",")
+            && after.is_some_and(|a| a.is("and"))
             && before.is_some_and(|b| b.number.is_some())
             && tokens.get(at + 2).is_some_and(|t| t.number.is_some());
-        if is_mark && !is_list && !(both_numbers && !has_unit && token.is(&[",", "-", "–", "—"]))
-        {
+        if is_mark && !is_list && !(both_numbers && !has_unit && token.is(", - – —")) {
             if at > from {
                 found.push((from..at, Some(token.word.as_str())));
             }
@@ -287,23 +222,19 @@ fn pieces<'t>(
             t.is_some_and(|t| t.stem.starts_with("later") || t.stem.starts_with("longitudinal"))
         };
         let place = |t: Option<&Token>| {
-            t.is_some_and(|t| {
-                t.is(&[
-                    "ahead", "front", "behind", "left", "right", "rear", "closer", "nearer",
-                ])
-            })
+            t.is_some_and(|t| t.is("ahead front behind left right rear closer nearer"))
         };
         let opens = match token.word.as_str() {
             "and" => {
                 let side = (at + 1..at + 5).any(|i| place(tokens.get(i)));
-                let is_ego = before.is_some_and(|b| b.is(&["ego", "vehicle"]))
+                let is_ego = before.is_some_and(|b| b.is("ego vehicle"))
                     && references
                         .iter()
                         .any(|r| r.who == Named::Ego && r.at.end == at)
                     && references
                         .iter()
                         .any(|r| r.at.start == at + 1 && matches!(r.who, Named::Obstacle(_)));
-                let is_last = before.is_some_and(|b| b.is(&[","]))
+                let is_last = before.is_some_and(|b| b.is(","))
                     && after.is_some_and(|a| a.number.is_some())
                     && at > 1
                     && tokens[at - 2].number.is_some();
@@ -320,8 +251,8 @@ fn pieces<'t>(
                     || is_last
                     || is_ego
                     || axis(after)
-                    || axis(before) && before.is_some_and(|b| b.is(&["longitudinal", "lateral"]))
-                    || place(before) && side && !after.is_some_and(|a| a.is(&["a", "an"]))
+                    || axis(before) && before.is_some_and(|b| b.is("longitudinal lateral"))
+                    || place(before) && side && !after.is_some_and(|a| a.is("a an"))
                     || at < depth_between;
                 !is_pair
             }
@@ -345,18 +276,13 @@ fn pieces<'t>(
                 ];
                 !(at.saturating_sub(2)..at).any(|i| JOINED.contains(&tokens[i].stem.as_str()))
             }
-            "that" => after.is_some_and(|a| {
-                a.is(&[
-                    "is", "was", "has", "will", "does", "came", "cut", "just", "had",
-                ])
-            }),
+            "that" => after.is_some_and(|a| a.is("is was has will does came cut just had")),
             "as" => {
-                after.is_some_and(|a| a.is(&["it", "the", "he", "she", "they", "we", "i"]))
-                    && !before
-                        .is_some_and(|b| b.is(&["as", "same", "well", "such", "near", "close"]))
+                after.is_some_and(|a| a.is("it the he she they we i"))
+                    && !before.is_some_and(|b| b.is("as same well such near close"))
             }
             "since" | "before" | "after" => after.is_some_and(|a| a.number.is_none()),
-            "so" => !before.is_some_and(|b| b.is(&["or", "not"])),
+            "so" => !before.is_some_and(|b| b.is("or not")),
             word => OPENERS.contains(&word),
         };
         if opens && at > from {
@@ -388,7 +314,7 @@ fn subject(
         Some(who) => who.clone(),
         None => it.map_or(Who::Unknown, one),
     };
-    if tokens[at.start].is(&["whose"]) {
+    if tokens[at.start].is("whose") {
         return (Who::Unknown, None);
     }
     if own.is_empty() {
@@ -409,13 +335,13 @@ fn subject(
         && let Named::Obstacle(id) = second.who
         && tokens[first.at.end..second.at.start]
             .iter()
-            .any(|t| t.is(&["is"]))
+            .any(|t| t.is("is"))
     {
         return (one(id), None);
     }
     let verb = at
         .clone()
-        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is(&["is", "are", "has", "am"]));
+        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is("is are has am"));
     // "Closest obstacle, 3 m" in a field.
     if let [first] = own
         && first.is_nearest
@@ -428,21 +354,21 @@ fn subject(
     let there = tokens[at.clone()]
         .iter()
         .take(2)
-        .any(|t| t.is(&["there", "here", "see", "have", "got"]));
+        .any(|t| t.is("there here see have got"));
     // "With 306, the truck, ahead".
     if let ([first], Some(who)) = (own, last)
         && first.at == *at
         && !tokens[at.clone()].iter().any(|t| t.number.is_some())
         && matches!(who, Who::Obstacles(_))
-        && tokens.get(at.end).is_some_and(|t| t.is(&[",", ")"]))
+        && tokens.get(at.end).is_some_and(|t| t.is(", )"))
     {
         return (who.clone(), None);
     }
     let is_before_verb = |r: &&&Reference| verb.is_none_or(|verb| r.at.start < verb) || there;
     let is_first = |r: &&&Reference| {
         let next = at.start + 1;
-        tokens[at.start].is(&["with"])
-            && (r.at.start == next || r.at.start == next + 1 && tokens[next].is(&["the"]))
+        tokens[at.start].is("with")
+            && (r.at.start == next || r.at.start == next + 1 && tokens[next].is("the"))
     };
     // "The ego and 7 are in one lane".
     if let [first, second, ..] = own
@@ -451,7 +377,7 @@ fn subject(
         && let Named::Obstacle(id) = second.who
         && tokens[first.at.end..second.at.start]
             .iter()
-            .all(|t| t.is(&["and"]))
+            .all(|t| t.is("and"))
     {
         return (one(id), None);
     }
@@ -459,7 +385,7 @@ fn subject(
     let has = tokens[at.clone()]
         .iter()
         .take(4)
-        .any(|t| t.is(&["have", "got", "see", "notice", "spot"]));
+        .any(|t| t.is("have got see notice spot"));
     if let [first, second, ..] = own
         && has
         && first.who == Named::Ego
@@ -508,25 +434,14 @@ fn subject(
             // "My speed", "the ego's braking".
             let is_of_ego = own[0].who == Named::Ego
                 && own[0].at.end <= before.max(at.start + 2)
-                && (tokens[own[0].at.start].is(&["my", "our", "your"])
-                    || tokens.get(own[0].at.end).is_some_and(|t| t.is(&["'s"])))
-                && tokens[own[0].at.end..at.end].iter().take(4).any(|t| {
-                    t.is(&[
-                        "speed",
-                        "velocity",
-                        "acceleration",
-                        "deceleration",
-                        "heading",
-                        "braking",
-                        "pace",
-                    ])
-                })
+                && (tokens[own[0].at.start].is("my our your")
+                    || tokens.get(own[0].at.end).is_some_and(|t| t.is("'s")))
+                && tokens[own[0].at.end..at.end]
+                    .iter()
+                    .take(4)
+                    .any(|t| t.is("speed velocity acceleration deceleration heading braking pace"))
                 && tokens[at.start..own[0].at.start].iter().all(|t| {
-                    !t.is_word()
-                        || t.is(&[
-                            "the", "and", "but", "while", "with", "at", "so", "reflects", "simply",
-                            "only", "of",
-                        ])
+                    !t.is_word() || t.is("the and but while with at so reflects simply only of")
                 });
             match ids.as_slice() {
                 _ if is_of_ego => (Who::Ego, others(None)),
@@ -567,23 +482,18 @@ fn subject(
 /// Whether a clause begins with a noun of its own that is no property of a participant: "the road is wet".
 fn has_own_noun(tokens: &[Token], at: &Range<usize>) -> bool {
     let words = &tokens[at.clone()];
-    let start = words.iter().position(|t| {
-        t.is(&[
-            "the", "a", "an", "this", "that", "these", "all", "any", "every", "each",
-        ])
-    });
+    let start = words
+        .iter()
+        .position(|t| t.is("the a an this that these all any every each"));
     let Some(start) = start else { return false };
     let verb = at
         .clone()
-        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is(&["is", "are", "has"]));
+        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is("is are has"));
     let stop = verb.map_or(words.len(), |verb| verb - at.start);
     if stop <= start
-        || words[..start].iter().any(|t| {
-            t.is_word()
-                && !t.is(&[
-                    "and", "but", "while", "so", "thus", "hence", "as", "because", "since", "at",
-                ])
-        })
+        || words[..start]
+            .iter()
+            .any(|t| t.is_word() && !t.is("and but while so thus hence as because since at"))
     {
         return false;
     }
@@ -594,39 +504,35 @@ fn has_own_noun(tokens: &[Token], at: &Range<usize>) -> bool {
 
 /// How words say what they say.
 fn mood(words: &[Token], who: &Who) -> Mood {
-    let says = |all: &[&str]| words.iter().any(|t| t.is(all));
-    let pair = |a: &[&str], b: &[&str]| words.windows(2).any(|two| two[0].is(a) && two[1].is(b));
-    let is_bound = pair(&["or"], &["less", "more", "so", "fewer"]);
+    let says = |all: &str| words.iter().any(|t| t.is(all));
+    let pair = |a: &str, b: &str| words.windows(2).any(|two| two[0].is(a) && two[1].is(b));
+    let is_bound = pair("or", "less more so fewer");
     let supposes = words.iter().enumerate().any(|(i, t)| {
-        t.is(&SUPPOSING)
-            && !(t.is(&["or"]) && is_bound)
-            && !(t.is(&["may"]) && i == 0)
+        t.is(SUPPOSING)
+            && !(t.is("or") && is_bound)
+            && !(t.is("may") && i == 0)
             // "TTC is below the 1 s threshold" is said.
-            && !(t.is(&["threshold", "limit"]) && words[..i].iter().any(|t| t.is(&["below", "above", "under", "over", "within", "than", "exceeds"])))
+            && !(t.is("threshold limit") && words[..i].iter().any(|t| t.is("below above under over within than exceeds")))
     });
-    let advises = words.first().is_some_and(|t| {
-        t.is(&[
-            "should", "had", "assume", "consider", "is", "are", "does", "do",
-        ])
-    }) && words.len() > 3
+    let advises = words
+        .first()
+        .is_some_and(|t| t.is("should had assume consider is are does do"))
+        && words.len() > 3
         && !matches!(who, Who::Obstacles(_));
     if supposes
         || advises
-        || pair(&["used"], &["to"])
-        || pair(&["in"], &["case"])
+        || pair("used", "to")
+        || pair("in", "case")
         || words
             .windows(3)
-            .any(|t| t[0].is(&["far"]) && t[1].is(&["from"]) && t[2].word.ends_with("ing"))
+            .any(|t| t[0].is("far") && t[1].is("from") && t[2].word.ends_with("ing"))
     {
         return Mood::Supposed;
     }
-    if says(&["will", "shall"])
-        || pair(&["going", "about", "gonna"], &["to"])
-        || says(&["gonna", "soon", "eventually"])
-    {
+    if says("will shall") || pair("going about gonna", "to") || says("gonna soon eventually") {
         return Mood::Future;
     }
-    if says(&PAST) || pair(&["at"], &["first"]) {
+    if says(PAST) || pair("at", "first") {
         return Mood::Past;
     }
     Mood::Said

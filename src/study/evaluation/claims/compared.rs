@@ -157,7 +157,7 @@ impl Speech<'_> {
             Dimension::Speed => {
                 let is_relative = self.tokens[clause.at.clone()]
                     .iter()
-                    .any(|t| t.is(&["relative", "closing", "longitudinal", "lateral", "approach"]));
+                    .any(|t| t.is("relative closing longitudinal lateral approach"));
                 if !is_relative {
                     let predicate = if *grows {
                         Predicate::Accelerating
@@ -205,7 +205,7 @@ impl Speech<'_> {
                 continue;
             };
             // "Car 7: nearest at step 47" tells when.
-            if is_most && self.is(at.end, &["at", "in", "within"]) {
+            if is_most && self.is(at.end, "at in within") {
                 continue;
             }
             let than = if is_most {
@@ -219,7 +219,7 @@ impl Speech<'_> {
                 None
             } else {
                 let limit = (at.end + 8).min(self.tokens.len());
-                let Some(than) = (at.end..limit).find(|i| self.is(*i, &["than"])) else {
+                let Some(than) = (at.end..limit).find(|i| self.is(*i, "than")) else {
                     // "It is way faster".
                     if of == Dimension::Speed && at.end == clause.at.end {
                         let predicate = if is_more {
@@ -248,11 +248,11 @@ impl Speech<'_> {
         let bare = clause
             .at
             .clone()
-            .find(|i| self.is(*i, &["smallest", "shortest", "lowest", "minimum", "least"]));
+            .find(|i| self.is(*i, "smallest shortest lowest minimum least"));
         if let ([(of @ (Dimension::Ttc | Dimension::Distance), noun), ..], Some(at)) =
             (all.as_slice(), bare)
             && at > noun.start
-            && (noun.start..at).any(|i| self.is(i, &["is"]))
+            && (noun.start..at).any(|i| self.is(i, "is"))
             && let Who::Obstacles(ids) = &clause.who
             && let [id] = ids.as_slice()
             && let Some(is_denied) = self.denial(clause, at)

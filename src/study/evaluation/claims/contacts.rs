@@ -19,127 +19,56 @@ impl Speech<'_> {
         at: Range<usize>,
         found: &mut Vec<Said>,
     ) {
-        const NOT_A_CONTACT: [&str; 17] = [
-            "potential",
-            "possible",
-            "imminent",
-            "near",
-            "avoid",
-            "prevent",
-            "risk",
-            "chance",
-            "likelihood",
-            "possibility",
-            "any",
-            "eye",
-            "close",
-            "threat",
-            "danger",
-            "avoiding",
-            "future",
-        ];
-        const OCCURS: [&str; 12] = [
-            "occurs",
-            "occurred",
-            "happens",
-            "happened",
-            "detected",
-            "occurring",
-            "took",
-            "exists",
-            "happening",
-            "present",
-            "confirmed",
-            "observed",
-        ];
+        const OCCURS: &str = "occurs occurred happens happened detected occurring took exists happening present confirmed observed";
         let words = &self.tokens[clause.at.clone()];
-        let says = |all: &[&str]| words.iter().any(|t| t.is(all));
-        let before = |all: &[&str]| {
+        let says = |all: &str| words.iter().any(|t| t.is(all));
+        let before = |all: &str| {
             (at.start.saturating_sub(3).max(clause.at.start)..at.start).any(|i| self.is(i, all))
         };
-        let after =
-            |all: &[&str]| (at.end..(at.end + 5).min(clause.at.end)).any(|i| self.is(i, all));
+        let after = |all: &str| (at.end..(at.end + 5).min(clause.at.end)).any(|i| self.is(i, all));
         let Some(mut is_denied) = self.denial(clause, at.start) else {
             return;
         };
         // "It did not brake before the impact".
         if act == Act::Contact {
-            is_denied &= before(&["no", "not", "without", "any", "never", "nor", "zero"]);
+            is_denied &= before("no not without any never nor zero");
         }
         if act == Act::Touches
-            && self.is(at.start, &["overlap", "overlaps"])
-            && after(&["along", "in", "across", "laterally", "longitudinally"])
+            && self.is(at.start, "overlap overlaps")
+            && after("along in across laterally longitudinally")
         {
             return;
         }
         let is_coming = clause.mood == Mood::Future
-            || says(&[
-                "imminent",
-                "unavoidable",
-                "inevitable",
-                "upcoming",
-                "impending",
-            ])
-            || self.is(at.end, &["course"]);
-        if before(&[
-            "risk",
-            "chance",
-            "likelihood",
-            "possibility",
-            "danger",
-            "threat",
-            "avoid",
-            "prevent",
-            "potential",
-            "possible",
-            "near",
-            "close",
-            "eye",
-            "avoiding",
-            "future",
-        ]) {
+            || says("imminent unavoidable inevitable upcoming impending")
+            || self.is(at.end, "course");
+        if before(
+            "risk chance likelihood possibility danger threat avoid prevent potential possible near close eye avoiding future",
+        ) {
             return;
         }
-        let _ = NOT_A_CONTACT;
-        let will = is_coming
-            || says(&["expected", "predicted", "ahead", "soon", "happen"]) && act == Act::Contact;
+        let will = is_coming || says("expected predicted ahead soon happen") && act == Act::Contact;
         if act == Act::Contact
             && self.is(
                 at.end,
-                &[
-                    "scenario",
-                    "condition",
-                    "situation",
-                    "event",
-                    "path",
-                    "point",
-                    "state",
-                ],
+                "scenario condition situation event path point state",
             )
         {
             return;
         }
         if act == Act::Contact && !is_denied && !will {
-            let is_stated = OCCURS.iter().any(|word| after(&[*word]))
-                || before(&[
-                    "in",
-                    "is",
-                    "has",
-                    "indicating",
-                    "indicates",
-                    "confirming",
-                    "confirms",
-                ])
+            let is_stated = after(OCCURS)
+                || before("in is has indicating indicates confirming confirms")
                 || clause.at.len() == at.len()
                     && self.tokens[clause.label.clone()]
                         .iter()
-                        .any(|t| t.is(&["location", "position", "direction", "state", "status"]))
-                || after(&["at"]) && before(&["there", "a", "the"]);
+                        .any(|t| t.is("location position direction state status"))
+                || after("at") && before("there a the");
             if !is_stated {
                 return;
             }
             // "No collision is detected" comes with its denial before, "a collision is not detected" with it behind.
-            if (at.end..clause.at.end).any(|i| self.is(i, &["not", "never"])) {
+            if (at.end..clause.at.end).any(|i| self.is(i, "not never")) {
                 is_denied = true;
             }
         }
@@ -169,14 +98,8 @@ impl Speech<'_> {
 
     /// Whether a verb of contact is about the ego and the obstacle, and not "hits the brakes".
     pub(super) fn meets_ego(&self, clause: &Clause, at: usize) -> bool {
-        let next = (at..clause.at.end.min(at + 6)).find(|i| {
-            !self.is(
-                *i,
-                &[
-                    "with", "the", "into", "by", "each", "side", "rear", "back", "front", "of", "a",
-                ],
-            )
-        });
+        let next = (at..clause.at.end.min(at + 6))
+            .find(|i| !self.is(*i, "with the into by each side rear back front of a"));
         match next {
             None => true,
             Some(i) => {
@@ -187,7 +110,7 @@ impl Speech<'_> {
                     None => false,
                 };
                 is_met
-                    || self.is(i, &["at", "other", "and", "in", "during", "on"])
+                    || self.is(i, "at other and in during on")
                     || !self.tokens[i].is_word()
                     || self.tokens[i].word.ends_with("ly")
             }
@@ -200,14 +123,10 @@ impl Speech<'_> {
         clause: &Clause,
         numbers: &[Number],
     ) -> Option<(Range<usize>, ClaimedValue)> {
-        let says = |words: &[&str]| clause.at.clone().any(|i| self.is(i, words));
+        let says = |words: &str| clause.at.clone().any(|i| self.is(i, words));
         // "At any step or between two" supposes nothing.
         let is_said = clause.mood == Mood::Said
-            || says(&["or"])
-                && !says(&[
-                    "if", "would", "could", "should", "might", "may", "can", "must", "likely",
-                    "possible",
-                ]);
+            || says("or") && !says("if would could should might may can must likely possible");
         if !is_said || clause.mood == Mood::Future || clause.is_label {
             return None;
         }
@@ -219,7 +138,7 @@ impl Speech<'_> {
                 Named::Nobody => Some(0),
                 Named::Other => NUMBERS
                     .iter()
-                    .position(|word| first.is(&[word]))
+                    .position(|word| first.is(word))
                     .map(|i| i + 1),
                 _ => None,
             };
@@ -240,14 +159,14 @@ impl Speech<'_> {
             Some((from..to, ClaimedValue::Count { number, of }))
         };
         let denies = (clause.at.start..clause.at.end)
-            .any(|i| self.is(i, &["not", "never", "except", "only", "other", "else"]));
+            .any(|i| self.is(i, "not never except only other else"));
         if denies {
             return None;
         }
         let within = clause.at.clone().find_map(|i| {
             let number = &numbers[self.tokens[i].number?];
-            let is_within = i > 0 && self.is(i - 1, &["within"])
-                || i > 1 && self.is(i - 1, &["than"]) && self.is(i - 2, &["closer", "nearer"]);
+            let is_within = i > 0 && self.is(i - 1, "within")
+                || i > 1 && self.is(i - 1, "than") && self.is(i - 2, "closer nearer");
             (is_within && number.unit == Unit::Metre).then_some((i, number.value))
         });
         if let Some((at, metres)) = within {

@@ -28,21 +28,18 @@ impl Speech<'_> {
                 continue;
             }
             let before = here.start.checked_sub(1);
-            let is_before = |words: &[&str]| before.is_some_and(|i| self.is(i, words));
-            let is_origin = is_before(&["from"])
-                || is_before(&["the", "directly", "our", "my"])
+            let is_before = |words: &str| before.is_some_and(|i| self.is(i, words));
+            let is_origin = is_before("from")
+                || is_before("the directly our my")
                     && before
                         .and_then(|i| i.checked_sub(1))
-                        .is_some_and(|i| self.is(i, &["from"]));
-            const ELSEWHERE: [&str; 19] = [
-                "look", "looking", "turn", "turns", "turning", "road", "way", "steer", "lane",
-                "path", "drifting", "moves", "toward", "towards", "view", "change", "keep", "pull",
-                "moving",
-            ];
+                        .is_some_and(|i| self.is(i, "from"));
+            const ELSEWHERE: &str = "look looking turn turns turning road way steer lane path drifting moves toward towards view change keep \
+        pull moving";
             let is_elsewhere =
-                is_before(&ELSEWHERE) && !(place == Placed::Beside && is_before(&["moving"]));
+                is_before(ELSEWHERE) && !(place == Placed::Beside && is_before("moving"));
             // "Moving away to the left".
-            let is_course = self.is(here.start, &["to"])
+            let is_course = self.is(here.start, "to")
                 && VERBS
                     .all(self.tokens, clause.at.start..here.start)
                     .iter()
@@ -57,15 +54,12 @@ impl Speech<'_> {
                     });
             let is_explained = self.tokens[clause.at.clone()]
                 .iter()
-                .any(|t| t.is(&["negative", "positive"]));
+                .any(|t| t.is("negative positive"));
             if is_elsewhere
                 || is_course
                 || is_explained
-                || self.is(
-                    end,
-                    &["lane", "lanelet", "turn", "turning", "hand", "side", "axis"],
-                )
-                || self.is(end, &["of"]) && !self.is_ego(end + 1)
+                || self.is(end, "lane lanelet turn turning hand side axis")
+                || self.is(end, "of") && !self.is_ego(end + 1)
             {
                 continue;
             }
@@ -98,7 +92,7 @@ impl Speech<'_> {
                     && clause.at.contains(&r.at.start)
                     && self.tokens[end..r.at.start]
                         .iter()
-                        .all(|t| t.is(&["the", "of", "a"]))
+                        .all(|t| t.is("the of a"))
             });
             let is_mirrored = clause.who == Who::Ego;
             match met.map(|r| r.who) {
@@ -170,26 +164,17 @@ impl Speech<'_> {
 
     /// Whether a bare word is a place: the value of a field that asks for one, or in brackets behind a name or a length.
     pub(super) fn is_field(&self, clause: &Clause, here: &Range<usize>) -> bool {
-        const ASKS: [&str; 8] = [
-            "direction",
-            "position",
-            "location",
-            "place",
-            "side",
-            "where",
-            "relation",
-            "placement",
-        ];
+        const ASKS: &str = "direction position location place side where relation placement";
         let words = &self.tokens[clause.label.clone()];
-        let is_asked = self.asks_place || words.iter().any(|t| t.is(&ASKS));
+        let is_asked = self.asks_place || words.iter().any(|t| t.is(ASKS));
         let starts = here.start == clause.at.start;
         let ends = here.end == clause.at.end
-            || self.is(here.end, &["of"])
+            || self.is(here.end, "of")
             || self
                 .tokens
                 .get(here.end)
                 .is_some_and(|t| t.number.is_some());
-        let bracket = starts && clause.at.start > 1 && self.is(clause.at.start - 1, &["("]) && {
+        let bracket = starts && clause.at.start > 1 && self.is(clause.at.start - 1, "(") && {
             let before = &self.tokens[clause.at.start - 2];
             before.number.is_some() || self.reference_at(clause.at.start - 2).is_some()
         };
@@ -202,7 +187,7 @@ impl Speech<'_> {
         let inline = length
             || is_asked
                 && here.start > clause.at.start
-                && (clause.at.start..here.start).any(|i| self.is(i, &ASKS));
+                && (clause.at.start..here.start).any(|i| self.is(i, ASKS));
         // "Motorcycle directly left".
         let is_note =
             ends && (clause.at.start..here.start).all(|i| {
@@ -221,7 +206,7 @@ impl Speech<'_> {
     /// The value of a field that asks for a lane: "lane: same".
     pub(super) fn lanes(&self, clause: &Clause, found: &mut Vec<Said>) {
         let label = &self.tokens[clause.label.clone()];
-        if !label.iter().any(|t| t.is(&["lane"])) || clause.at.len() > 3 {
+        if !label.iter().any(|t| t.is("lane")) || clause.at.len() > 3 {
             return;
         }
         let word = &self.tokens[clause.at.start];
@@ -255,7 +240,7 @@ impl Speech<'_> {
         let is_list = !at.is_empty()
             && at
                 .clone()
-                .all(|i| self.reference_at(i).is_some() || self.is(i, &["and", ","]));
+                .all(|i| self.reference_at(i).is_some() || self.is(i, "and ,"));
         let Some((act, end)) = VERBS
             .at(&self.tokens[..label.end], label.start)
             .filter(|_| is_list)

@@ -21,15 +21,11 @@ const STRAIGHT: f64 = 0.052;
 /// What the ego of a clause is said to do: its tokens, what, and whether it is denied. Nothing of conditions and questions.
 pub fn plans(tokens: &[Token], clause: &Clause) -> Vec<(std::ops::Range<usize>, Predicate, bool)> {
     let words = &tokens[clause.at.clone()];
-    let says = |all: &[&str]| words.iter().any(|t| t.is(all));
-    if clause.who != Who::Ego
-        || says(&[
-            "if", "unless", "could", "might", "may", "would", "had", "was", "?",
-        ])
-    {
+    let says = |all: &str| words.iter().any(|t| t.is(all));
+    if clause.who != Who::Ego || says("if unless could might may would had was ?") {
         return Vec::new();
     }
-    let is_denied = says(&["not", "no", "never", "without", "cannot", "avoid"]);
+    let is_denied = says("not no never without cannot avoid");
     let all = VERBS.all(tokens, clause.at.clone()).into_iter();
     let found = all.filter_map(|(act, at)| {
         let stem = tokens[at.start].stem.as_str();
@@ -48,12 +44,10 @@ pub fn plans(tokens: &[Token], clause: &Clause) -> Vec<(std::ops::Range<usize>, 
     let bare = clause
         .at
         .clone()
-        .find(|i| tokens[*i].is(&["stop", "yield", "wait", "halt"]));
+        .find(|i| tokens[*i].is("stop yield wait halt"));
     if let Some(at) = bare
         && found.is_empty()
-        && !tokens
-            .get(at + 1)
-            .is_some_and(|t| t.is(&["sign", "line", "light"]))
+        && !tokens.get(at + 1).is_some_and(|t| t.is("sign line light"))
     {
         found.push((at..at + 1, Predicate::Stops, is_denied));
     }

@@ -463,8 +463,7 @@ impl Sentence<'_> {
             .take_while(|i| {
                 *i == at
                     || self.tokens.get(i - 1).is_some_and(|t| {
-                        t.word.ends_with("ly")
-                            || t.is(&["straight", "right", "further", "or", "so", "("])
+                        t.word.ends_with("ly") || t.is("straight right further or so (")
                     })
             })
             .find_map(|i| Some((PLACES.at(self.tokens, i)?, i)));
@@ -479,12 +478,12 @@ impl Sentence<'_> {
                 && !matches!(r.who, Named::Ego)
                 && self.tokens[end..r.at.start.max(end)]
                     .iter()
-                    .all(|t| t.is(&["of", "the", "a"]))
+                    .all(|t| t.is("of the a"))
         });
         let is_mirrored = self
             .clause(number.span.start)
             .is_some_and(|clause| clause.who == Who::Ego);
-        if follows.is_some_and(|t| t.is(&["lane", "side"])) || is_other && !is_mirrored {
+        if follows.is_some_and(|t| t.is("lane side")) || is_other && !is_mirrored {
             return None;
         }
         Some(match (side.front, side.left) {
@@ -679,24 +678,8 @@ impl Sentence<'_> {
 
     /// Whether a speed is that of whom its clause is about: "doing 50 km/h", "our speed is 8 m/s".
     pub(super) fn is_own(&self, number: &Number) -> bool {
-        const SAYS: [&str; 16] = [
-            "speed",
-            "velocity",
-            "pace",
-            "moving",
-            "moves",
-            "driving",
-            "drives",
-            "doing",
-            "going",
-            "riding",
-            "walking",
-            "rolling",
-            "running",
-            "travelling",
-            "traveling",
-            "cruising",
-        ];
+        const SAYS: &str = "speed velocity pace moving moves driving drives doing going riding walking rolling running travelling \
+        traveling cruising";
         let Some(clause) = self.clause(number.span.start) else {
             return false;
         };
@@ -705,17 +688,9 @@ impl Sentence<'_> {
         let before = words.take_while(|t| t.span.start < number.span.start);
         let mut before = before.collect::<Vec<_>>();
         before.truncate(12);
-        let is_relative = before.iter().any(|t| {
-            t.is(&[
-                "relative",
-                "closing",
-                "limit",
-                "than",
-                "difference",
-                "lateral",
-                "longitudinal",
-            ])
-        });
+        let is_relative = before
+            .iter()
+            .any(|t| t.is("relative closing limit than difference lateral longitudinal"));
         let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
         let is_compared = [
             "faster",
@@ -738,19 +713,17 @@ impl Sentence<'_> {
         if is_before && matches!(clause.who, Who::Obstacles(_)) {
             return false;
         }
-        let towards = before.iter().any(|t| t.is(&["toward", "towards"]));
+        let towards = before.iter().any(|t| t.is("toward towards"));
         let walks = before
             .iter()
             .any(|t| ["walk", "rid", "run"].contains(&t.stem.as_str()));
         let is_vague = matches!(clause.who, Who::Obstacles(_)) && towards && !walks;
-        let at = [
-            "at", "with", "about", "of", "roughly", "around", "does", "do", "steady", "constant",
-            "over", "only", "still", "is", "v", "=", "to",
-        ];
+        let at =
+            "at with about of roughly around does do steady constant over only still is v = to";
         let is_near = before.last().is_none_or(|t| {
-            t.is(&at) || t.word.ends_with("ly") || t.number.is_some() || !t.is_word()
+            t.is(at) || t.word.ends_with("ly") || t.number.is_some() || !t.is_word()
         });
-        !is_relative && !is_compared && !is_vague && (is_near || before.iter().any(|t| t.is(&SAYS)))
+        !is_relative && !is_compared && !is_vague && (is_near || before.iter().any(|t| t.is(SAYS)))
     }
 
     pub(super) fn rough(&self, from: usize, to: usize) -> bool {

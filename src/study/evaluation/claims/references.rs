@@ -167,47 +167,17 @@ static ADJECTIVES: LazyLock<Lexicon<Adjective>> = LazyLock::new(|| {
 });
 
 /// Words for the ego.
-const EGO: [&str; 14] = [
-    "ego",
-    "i",
-    "we",
-    "me",
-    "us",
-    "my",
-    "our",
-    "mine",
-    "ours",
-    "you",
-    "your",
-    "myself",
-    "ourselves",
-    "av",
-];
+const EGO: &str = "ego i we me us my our mine ours you your myself ourselves av";
 
 /// Words for one that was spoken of, for several, and that own what follows.
-const IT: [&str; 8] = ["it", "its", "itself", "he", "his", "him", "she", "her"];
-const OTHERS: [&str; 8] = [
-    "they",
-    "their",
-    "them",
-    "others",
-    "everyone",
-    "everybody",
-    "everything",
-    "traffic",
-];
-const OWNERS: [&str; 9] = [
-    "my", "our", "your", "its", "his", "her", "their", "mine", "ours",
-];
+const IT: &str = "it its itself he his him she her";
+const OTHERS: &str = "they their them others everyone everybody everything traffic";
+const OWNERS: &str = "my our your its his her their mine ours";
 
 /// Words before a noun that single it out, and those that make it several.
-const DETERMINERS: [&str; 9] = [
-    "the", "a", "an", "this", "that", "such", "our", "my", "said",
-];
-const SEVERAL: [&str; 17] = [
-    "all", "every", "each", "any", "some", "one", "several", "many", "few", "these", "those",
-    "two", "three", "four", "five", "six", "multiple",
-];
+const DETERMINERS: &str = "the a an this that such our my said";
+const SEVERAL: &str =
+    "all every each any some one several many few these those two three four five six multiple";
 
 /// Prepositions that make what follows no subject.
 const PREPOSITIONS: [&str; 37] = [
@@ -359,7 +329,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn is(&self, at: usize, words: &[&str]) -> bool {
+    fn is(&self, at: usize, words: &str) -> bool {
         self.tokens.get(at).is_some_and(|token| token.is(words))
     }
 
@@ -389,10 +359,10 @@ impl<'a> Reader<'a> {
             one.is_compared = mention.compared;
             return Some(one);
         }
-        let noun = ["vehicle", "car", "agent", "driver", "truck"];
-        if token.is(&EGO) {
+        let noun = "vehicle car agent driver truck";
+        if token.is(EGO) {
             // "Our lead car" is not ours.
-            if token.is(&["my", "our", "your"])
+            if token.is("my our your")
                 && let Some(other) = self.described(at + 1)
                 && !other.says.is_empty()
             {
@@ -401,29 +371,29 @@ impl<'a> Reader<'a> {
                     ..other
                 });
             }
-            let own = if token.is(&["my", "our", "your"]) && self.is(at + 1, &["own"]) {
+            let own = if token.is("my our your") && self.is(at + 1, "own") {
                 at + 2
             } else {
                 at + 1
             };
-            return plain(Named::Ego, own + usize::from(self.is(own, &noun)));
+            return plain(Named::Ego, own + usize::from(self.is(own, noun)));
         }
-        if token.is(&["host", "autonomous", "own", "subject", "test"]) && self.is(at + 1, &noun) {
+        if token.is("host autonomous own subject test") && self.is(at + 1, noun) {
             return plain(Named::Ego, at + 2);
         }
-        if token.is(&["self"]) && self.is(at + 1, &["driving"]) && self.is(at + 2, &noun) {
+        if token.is("self") && self.is(at + 1, "driving") && self.is(at + 2, noun) {
             return plain(Named::Ego, at + 3);
         }
-        if token.is(&IT) {
+        if token.is(IT) {
             return plain(Named::It, at + 1);
         }
-        if token.is(&OTHERS) {
+        if token.is(OTHERS) {
             return plain(Named::Other, at + 1);
         }
-        if token.is(&["nobody", "none"]) {
+        if token.is("nobody none") {
             return plain(Named::Nobody, at + 1);
         }
-        if token.is(&["no"]) && self.is(at + 1, &["one", "body"]) {
+        if token.is("no") && self.is(at + 1, "one body") {
             return plain(Named::Nobody, at + 2);
         }
         self.described(at)
@@ -433,23 +403,23 @@ impl<'a> Reader<'a> {
     fn described(&self, from: usize) -> Option<Reference> {
         let (mut at, mut asked) = (from, Description::default());
         let mut says: Vec<(Described, Range<usize>)> = Vec::new();
-        let is_none = self.is(at, &["no"]);
-        let is_several = self.is(at, &SEVERAL);
-        let is_this = self.is(at, &["this", "that"]);
-        let has_determiner = self.is(at, &DETERMINERS);
-        let is_indefinite = self.is(at, &["a", "an"]);
+        let is_none = self.is(at, "no");
+        let is_several = self.is(at, SEVERAL);
+        let is_this = self.is(at, "this that");
+        let has_determiner = self.is(at, DETERMINERS);
+        let is_indefinite = self.is(at, "a an");
         // "It is a truck" names no one.
         let before = from.checked_sub(1);
         let is_there = before
             .and_then(|i| i.checked_sub(1))
-            .is_some_and(|i| self.is(i, &["there"]));
-        if is_indefinite && !is_there && before.is_some_and(|i| self.is(i, &["is", "as", "be"])) {
+            .is_some_and(|i| self.is(i, "there"));
+        if is_indefinite && !is_there && before.is_some_and(|i| self.is(i, "is as be")) {
             return None;
         }
         if is_none || is_several || has_determiner {
             at += 1;
-            if self.is(at, &["the", "of"]) {
-                at += 1 + usize::from(self.is(at + 1, &["the"]));
+            if self.is(at, "the of") {
+                at += 1 + usize::from(self.is(at + 1, "the"));
             }
         }
         let mut is_another = false;
@@ -457,7 +427,7 @@ impl<'a> Reader<'a> {
         let mut is_same = is_this;
         while let Some((adjective, end)) = ADJECTIVES.at(self.tokens, at) {
             // "Following car 7" is a verb.
-            if !has_determiner && self.is(at, &["following"]) {
+            if !has_determiner && self.is(at, "following") {
                 return None;
             }
             match adjective {
@@ -472,13 +442,13 @@ impl<'a> Reader<'a> {
                 Adjective::Nearest => asked.is_nearest = true,
                 Adjective::Extreme => is_extreme = true,
                 Adjective::Another => is_another = true,
-                Adjective::Empty => is_same |= self.is(at, &["same", "said", "given"]),
+                Adjective::Empty => is_same |= self.is(at, "same said given"),
             }
             at = end;
         }
         let (noun, mut end) = NOUNS.at(self.tokens, at)?;
         // "One of them", "one second".
-        if self.is(at, &["one"]) && !has_determiner && says.is_empty() {
+        if self.is(at, "one") && !has_determiner && says.is_empty() {
             return None;
         }
         // "The delivery truck driver".
@@ -487,7 +457,7 @@ impl<'a> Reader<'a> {
         }
         asked.noun = Some(noun);
         let last = &self.tokens[end - 1];
-        let is_plural = last.word.ends_with('s') && last.word != last.stem && !last.is(&["bus"]);
+        let is_plural = last.word.ends_with('s') && last.word != last.stem && !last.is("bus");
         let is_nearest = asked.is_nearest || is_extreme;
         let reference = |who, end, says| {
             Some(Reference {
@@ -501,7 +471,7 @@ impl<'a> Reader<'a> {
         };
         // "Obstacle 7", "vehicle (id 7)", "car #7".
         let id_at = (end..end + 3)
-            .take_while(|i| *i == end || self.is(i - 1, &["id", "(", "number", "no", ":", "ids"]))
+            .take_while(|i| *i == end || self.is(i - 1, "id ( number no : ids"))
             .find_map(|i| Some((i, self.id(i)?)));
         if let Some((place, mention)) = id_at {
             let who = mention.id.map_or(Named::Other, Named::Obstacle);
@@ -516,7 +486,7 @@ impl<'a> Reader<'a> {
             return reference(Named::Other, end, Vec::new());
         }
         // Without an article only the beginning of a note: "Car ahead brakes", "oncoming bus".
-        let is_someone = self.is(from, &["somebody", "someone"]);
+        let is_someone = self.is(from, "somebody someone");
         if !has_determiner && from != 0 && says.is_empty() && !is_someone {
             return None;
         }
@@ -564,24 +534,17 @@ impl<'a> Reader<'a> {
     ) -> usize {
         let mut at = end;
         while self.tokens.get(at).is_some_and(|t| {
-            t.is(&[
-                "directly",
-                "right",
-                "just",
-                "immediately",
-                "currently",
-                "now",
-                "straight",
-            ]) && !self.is(at + 1, &["lane", "of"])
+            t.is("directly right just immediately currently now straight")
+                && !self.is(at + 1, "lane of")
         }) {
             at += 1;
         }
-        if self.is(at, &["in", "on"]) {
-            let side = (at + 1..at + 4).find(|i| self.is(*i, &["left", "right"]));
+        if self.is(at, "in on") {
+            let side = (at + 1..at + 4).find(|i| self.is(*i, "left right"));
             if let Some(place) = side
-                && self.is(place + 1, &["lane"])
+                && self.is(place + 1, "lane")
             {
-                let left = self.is(place, &["left"]);
+                let left = self.is(place, "left");
                 asked.lane = Some(left);
                 says.push((Described::Is(Predicate::NeighbourLane(left)), at..place + 2));
                 return place + 2;
@@ -590,7 +553,7 @@ impl<'a> Reader<'a> {
         if let Some((Placed::At(side), stop)) = PLACES.at(self.tokens, at)
             && asked.side.is_none()
             // "The car behind 7" is another one.
-            && !(self.is(stop, &["of"]) || self.id(stop).is_some() || self.described(stop).is_some())
+            && !(self.is(stop, "of") || self.id(stop).is_some() || self.described(stop).is_some())
         {
             asked.side = Some(side);
             says.push((Described::At(side), at..stop));
@@ -607,7 +570,7 @@ impl<'a> Reader<'a> {
         asked: &mut Description,
         says: &mut Vec<(Described, Range<usize>)>,
     ) -> Option<usize> {
-        if !self.is(at, &["in"]) {
+        if !self.is(at, "in") {
             return None;
         }
         let (act, end) = VERBS.at(self.tokens, at)?;
@@ -628,28 +591,23 @@ impl<'a> Reader<'a> {
         let limit = found.last().map_or(0, |last| last.at.end).min(at);
         let before = self.tokens[limit..at].iter().rev();
         let word = { before }
-            .find(|t| {
-                !t.is(&[
-                    "the", "a", "an", "that", "this", "\"", "=", "id", "#", "right", "directly",
-                ])
-            })
+            .find(|t| !t.is("the a an that this = id # right directly"))
             .map(|t| t.word.as_str());
         // "Between the ego and 7": so is the second one.
         let is_second = word == Some("and")
             && found
                 .last()
                 .is_some_and(|last| last.is_governed && last.at.end + 2 >= at);
-        let is_owner = self.is(at, &OWNERS)
-            || self.is(one.at.end, &["'s"])
+        let is_owner = self.is(at, OWNERS)
+            || self.is(one.at.end, "'s")
             || matches!(one.who, Named::Obstacle(_))
                 && self.tokens[one.at.end - 1].word.ends_with("'s");
-        one.is_governed = is_owner && !(!one.says.is_empty() && self.is(at, &OWNERS))
+        one.is_governed = is_owner && !(!one.says.is_empty() && self.is(at, OWNERS))
             || is_second
             || word.is_some_and(|word| PREPOSITIONS.contains(&word));
         let compares = at > 1
-            && (at.saturating_sub(3)..at).any(|i| {
-                self.is(i, &["compared", "comparison"]) && self.is(i + 1, &["to", "with"])
-            });
+            && (at.saturating_sub(3)..at)
+                .any(|i| self.is(i, "compared comparison") && self.is(i + 1, "to with"));
         one.is_compared |= word == Some("than") || compares;
     }
 }

@@ -195,7 +195,7 @@ impl Sentence<'_> {
             return (number.span.start, false);
         };
         let start = clause.at.start;
-        let is_bracket = start > 0 && self.tokens[start - 1].is(&["("]);
+        let is_bracket = start > 0 && self.tokens[start - 1].is("(");
         let own = if is_bracket {
             let before = self.clauses.iter().rfind(|c| c.at.end < start);
             before.map_or(start, |before| before.at.start)

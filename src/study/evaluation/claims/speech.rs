@@ -38,7 +38,7 @@ impl Speech<'_> {
     pub fn said(&self, clause: &Clause) -> Vec<Said> {
         let mut found = Vec::new();
         // "It is ahead of the ego: false".
-        if self.is(clause.at.end, &[":"]) && self.is(clause.at.end + 1, &["false", "no", "not"]) {
+        if self.is(clause.at.end, ":") && self.is(clause.at.end + 1, "false no not") {
             return found;
         }
         if clause.mood != Mood::Supposed {
@@ -57,7 +57,7 @@ impl Speech<'_> {
         found
     }
 
-    pub(super) fn is(&self, at: usize, words: &[&str]) -> bool {
+    pub(super) fn is(&self, at: usize, words: &str) -> bool {
         self.tokens.get(at).is_some_and(|token| token.is(words))
     }
 
@@ -86,42 +86,25 @@ impl Speech<'_> {
 
     /// Whether words before a place in a clause deny it; `None` where that cannot be told.
     pub(super) fn denial(&self, clause: &Clause, at: usize) -> Option<bool> {
-        const DENIALS: [&str; 8] = [
-            "not", "no", "never", "without", "neither", "nor", "none", "nobody",
-        ];
-        const UNCLEAR: [&str; 18] = [
-            "hardly", "barely", "rarely", "scarcely", "seldom", "fails", "fail", "refrains",
-            "refrain", "ceases", "ceased", "instead", "than", "nothing", "excluded", "only",
-            "almost", "nearly",
-        ];
+        const DENIALS: &str = "not no never without neither nor none nobody";
+        const UNCLEAR: &str = "hardly barely rarely scarcely seldom fails fail refrains refrain ceases ceased instead than nothing excluded \
+        only almost nearly";
         let mut denials = 0;
         for place in (self.begins(clause)..at).rev() {
             let token = &self.tokens[place];
-            const ENDS: [&str; 11] = [
-                "and",
-                "but",
-                "due",
-                "because",
-                "since",
-                "despite",
-                "given",
-                "as",
-                "for",
-                "applicable",
-                "with",
-            ];
-            if token.is(&ENDS) {
+            const ENDS: &str = "and but due because since despite given as for applicable with";
+            if token.is(ENDS) {
                 break;
             }
-            if token.is(&["nearly", "almost"]) {
+            if token.is("nearly almost") {
                 continue;
             }
-            if token.is(&UNCLEAR) && !(token.is(&["only"]) && place + 1 < at) {
+            if token.is(UNCLEAR) && !(token.is("only") && place + 1 < at) {
                 return None;
             }
             // "Neither … nor" is one.
-            let is_second = token.is(&["neither"]) && denials > 0;
-            if token.is(&DENIALS) && !self.is(place + 1, &["only", "doubt"]) && !is_second {
+            let is_second = token.is("neither") && denials > 0;
+            if token.is(DENIALS) && !self.is(place + 1, "only doubt") && !is_second {
                 denials += 1;
             }
         }
@@ -131,10 +114,10 @@ impl Speech<'_> {
     /// Where a clause begins that goes on behind brackets: "neither 7 (2 m) touches the ego".
     pub(super) fn begins(&self, clause: &Clause) -> usize {
         let mut from = clause.at.start;
-        while from > 0 && self.is(from - 1, &[")"]) {
-            let open = (0..from).rfind(|i| self.is(*i, &["("]));
+        while from > 0 && self.is(from - 1, ")") {
+            let open = (0..from).rfind(|i| self.is(*i, "("));
             let Some(open) = open else { break };
-            let before = (0..open).rfind(|i| self.is(*i, &[",", ";", ":", "(", ")"]));
+            let before = (0..open).rfind(|i| self.is(*i, ", ; : ( )"));
             let start = before.map_or(0, |i| i + 1);
             if start >= from {
                 break;
@@ -168,45 +151,15 @@ impl Speech<'_> {
     /// Whether a verb speaks of a time before: "braked", "has braked".
     pub(super) fn is_past(&self, clause: &Clause, at: &Range<usize>) -> bool {
         let verb = &self.tokens[at.start];
-        let is_participle =
-            (clause.at.start..at.start).any(|i| self.is(i, &["is", "are", "am", "be", "being"]));
+        let is_participle = (clause.at.start..at.start).any(|i| self.is(i, "is are am be being"));
         clause.mood == Mood::Past
             || verb.word.ends_with("ed") && verb.stem != verb.word && !is_participle
     }
 
     /// The verbs of a clause.
     pub(super) fn acts(&self, clause: &Clause, found: &mut Vec<Said>) {
-        const NO_NOUN: [&str; 29] = [
-            "distance",
-            "distances",
-            "light",
-            "lights",
-            "sign",
-            "line",
-            "signal",
-            "rate",
-            "trajectory",
-            "path",
-            "speed",
-            "velocity",
-            "time",
-            "behavior",
-            "behaviour",
-            "capability",
-            "force",
-            "maneuver",
-            "manoeuvre",
-            "vehicles",
-            "traffic",
-            "obstacles",
-            "cars",
-            "threshold",
-            "phase",
-            "objects",
-            "gap",
-            "lane",
-            "lanes",
-        ];
+        const NO_NOUN: &str = "distance distances light lights sign line signal rate trajectory path speed velocity time behavior behaviour \
+        capability force maneuver manoeuvre vehicles traffic obstacles cars threshold phase objects gap lane lanes";
         for (act, at) in VERBS.all(self.tokens, clause.at.clone()) {
             if act == Act::Other || clause.is_label {
                 continue;
@@ -230,7 +183,7 @@ impl Speech<'_> {
                 continue;
             }
             let next = self.tokens.get(at.end);
-            if next.is_some_and(|t| t.is(&NO_NOUN)) {
+            if next.is_some_and(|t| t.is(NO_NOUN)) {
                 continue;
             }
             // "The rate of closing", "from approaching".
@@ -239,18 +192,17 @@ impl Speech<'_> {
                 let stems = [
                     "begin", "began", "start", "continu", "keep", "kept", "begun",
                 ];
-                self.is(i + 1, &["to"]) && stems.contains(&self.tokens[i].stem.as_str())
+                self.is(i + 1, "to") && stems.contains(&self.tokens[i].stem.as_str())
             });
-            if before.is_some_and(|i| self.is(i, &["of", "from", "for", "by", "avoid", "to"]))
-                && !self.is(at.start, &["in", "on", "at", "same"])
+            if before.is_some_and(|i| self.is(i, "of from for by avoid to"))
+                && !self.is(at.start, "in on at same")
                 && !begins
             {
                 continue;
             }
             // "The brake", "its brake".
-            if self.is(at.start, &["brake"])
-                && before
-                    .is_some_and(|i| self.is(i, &["the", "a", "its", "emergency", "my", "full"]))
+            if self.is(at.start, "brake")
+                && before.is_some_and(|i| self.is(i, "the a its emergency my full"))
             {
                 continue;
             }
@@ -298,7 +250,7 @@ impl Speech<'_> {
                 Act::Pair(predicate) | Act::Note(predicate) => {
                     // "They are in the same lane": it and the ego.
                     let are_both = clause.who == Who::Unknown
-                        && self.is(clause.at.start, &["they", "both"])
+                        && self.is(clause.at.start, "they both")
                         && predicate.quantity() == Quantity::Way;
                     let pair = if are_both {
                         clause.topic.into_iter().collect()
@@ -316,7 +268,7 @@ impl Speech<'_> {
                         Who::Obstacles(ids)
                             if clause.object.is_none()
                                 && (clause.names_ego
-                                    || self.is(at.end, &["at", "closely", "behind", "close"])) =>
+                                    || self.is(at.end, "at closely behind close")) =>
                         {
                             ids.first().map(|id| (*id, false))
                         }
@@ -343,55 +295,20 @@ impl Speech<'_> {
 
     /// Whether what follows "approaching" is the ego, or says how.
     pub(super) fn is_of_ego(&self, at: usize, clause: &Clause) -> bool {
-        const HOW: [&str; 36] = [
-            "from",
-            "at",
-            "rapidly",
-            "quickly",
-            "slowly",
-            "steadily",
-            "gradually",
-            "slightly",
-            "fast",
-            "directly",
-            "head",
-            "longitudinally",
-            "laterally",
-            "and",
-            "but",
-            "while",
-            "with",
-            "in",
-            "on",
-            "as",
-            "us",
-            "again",
-            "very",
-            "both",
-            "along",
-            "closely",
-            "now",
-            "further",
-            "each",
-            "by",
-            "over",
-            "during",
-            "throughout",
-            "since",
-            "within",
-            "for",
-        ];
+        const HOW: &str = "from at rapidly quickly slowly steadily gradually slightly fast directly head longitudinally laterally and \
+        but while with in on as us again very both along closely now further each by over during throughout since \
+        within for";
         if at >= clause.at.end {
             return true;
         }
-        self.is(at, &HOW)
+        self.is(at, HOW)
             || self.tokens[at].word.ends_with("ly")
             || !self.tokens[at].is_word()
             || (at..at + 3).any(|i| {
                 self.reference_at(i)
                     .is_some_and(|r| matches!(r.who, Named::Ego | Named::Obstacle(_)))
             })
-            || self.is(at, &["the"]) && (at..at + 4).any(|i| self.is(i, &["distance", "gap"]))
+            || self.is(at, "the") && (at..at + 4).any(|i| self.is(i, "distance gap"))
     }
 
     /// The axes along which a clause speaks: those that it names, or that its label or what it stands under does.
@@ -409,7 +326,7 @@ impl Speech<'_> {
         };
         let own = named(clause.at.clone());
         let words = &self.tokens[clause.at.clone()];
-        let says = |word: &str| words.iter().any(|t| t.is(&[word]));
+        let says = |word: &str| words.iter().any(|t| t.is(word));
         match own.as_slice() {
             [one] => return vec![*one],
             [_, _] if says("both") || says("and") => return own,
@@ -417,8 +334,8 @@ impl Speech<'_> {
             _ => {}
         }
         let is_both = words.windows(2).any(|t| {
-            t[0].is(&["both"]) && t[1].is(&["axes", "dimensions", "directions"])
-                || t[0].is(&["in"]) && t[1].is(&["both"])
+            t[0].is("both") && t[1].is("axes dimensions directions")
+                || t[0].is("in") && t[1].is("both")
         });
         if is_both {
             return vec![Some(true), Some(false)];
@@ -428,15 +345,9 @@ impl Speech<'_> {
             return vec![*one];
         }
         // "Lateral 2 m (approaching)": the part before the bracket.
-        if clause.at.start > 0
-            && self.is(clause.at.start - 1, &["("])
-            && at.start == clause.at.start
-        {
+        if clause.at.start > 0 && self.is(clause.at.start - 1, "(") && at.start == clause.at.start {
             let part = &self.tokens[..clause.at.start - 1];
-            let from = part
-                .iter()
-                .rposition(|t| t.is(&[",", ";"]))
-                .map_or(0, |i| i + 1);
+            let from = part.iter().rposition(|t| t.is(", ;")).map_or(0, |i| i + 1);
             if let [one] = named(from..clause.at.start - 1).as_slice() {
                 return vec![*one];
             }
@@ -455,42 +366,30 @@ impl Speech<'_> {
     ) {
         let is_motion = act == Act::Moves;
         let next = self.tokens.get(at.end).filter(|_| at.end < clause.at.end);
-        let is_bare = next.is_none_or(|t| {
-            t.is(&["at", "now", "anymore", "yet", "any", "and"]) || t.word.ends_with("ly")
-        });
+        let is_bare =
+            next.is_none_or(|t| t.is("at now anymore yet any and") || t.word.ends_with("ly"));
         let words = &self.tokens[clause.at.clone()];
         let has_axis = words
             .iter()
             .any(|t| t.word.starts_with("lateral") || t.stem.starts_with("longitudinal"));
-        let is_relative = words.iter().any(|t| t.is(&["relative"]));
+        let is_relative = words.iter().any(|t| t.is("relative"));
         // "No longitudinal velocity" is read by [`super::phrases`].
         if has_axis || is_relative || is_motion && !is_bare {
             return;
         }
-        if self.is(at.end, &[":"]) || words.iter().any(|t| t.is(&["becomes", "became"])) {
+        if self.is(at.end, ":") || words.iter().any(|t| t.is("becomes became")) {
             return;
         }
-        let says_zero = self.is(at.start, &["no", "zero"]);
+        let says_zero = self.is(at.start, "no zero");
         let stands = is_motion == is_denied || says_zero;
         // "Longitudinal velocity: 0.0 m/s (stationary)" is the velocity along that axis.
         let before = &self.lower[..self.tokens[at.start].span.start];
         let axis = axis_before(before).filter(|_| stands);
-        if is_motion && !is_denied && !(next.is_none() || self.is(at.end, &["now"])) {
+        if is_motion && !is_denied && !(next.is_none() || self.is(at.end, "now")) {
             return;
         }
-        let is_rough = (at.start.saturating_sub(2).max(clause.at.start)..at.start).any(|i| {
-            self.is(
-                i,
-                &[
-                    "almost",
-                    "nearly",
-                    "basically",
-                    "practically",
-                    "virtually",
-                    "close",
-                ],
-            )
-        });
+        let is_rough = (at.start.saturating_sub(2).max(clause.at.start)..at.start)
+            .any(|i| self.is(i, "almost nearly basically practically virtually close"));
         for of in Self::own(clause) {
             let is_past = clause.mood == Mood::Past;
             let (quantity, stated) = if stands && is_rough {

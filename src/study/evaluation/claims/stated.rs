@@ -8,19 +8,7 @@ use super::tokens::{denies, has_word};
 use super::{Claim, ClaimedValue, Quantity};
 
 /// Words in a clause that make its numbers no values of the scene.
-pub(super) const SUPPOSED: [&str; 11] = [
-    "predicted",
-    "probability",
-    "forecast",
-    "expected",
-    "example",
-    "average",
-    "difference",
-    "required",
-    "requires",
-    "recommended",
-    "mean",
-];
+pub(super) const SUPPOSED: &str = "predicted probability forecast expected example average difference required requires recommended mean";
 
 /// Words before a number that make it a bound, and whether the value is above it; "" where it is no value at all.
 pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
@@ -140,11 +128,9 @@ impl Sentence<'_> {
         if near_ends_with_from(&self.lower[..number.span.start]) {
             return Vec::new();
         }
-        if words.iter().any(|t| t.is(&SUPPOSED))
+        if words.iter().any(|t| t.is(SUPPOSED))
             || number.unit == Unit::Acceleration
-                && words
-                    .iter()
-                    .any(|t| t.is(&["peak", "peaked", "maximum", "max", "up"]))
+                && words.iter().any(|t| t.is("peak peaked maximum max up"))
         {
             return Vec::new();
         }

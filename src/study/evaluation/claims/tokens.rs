@@ -19,9 +19,9 @@ pub struct Token {
 }
 
 impl Token {
-    /// Whether it is one of these words, as written.
-    pub fn is(&self, words: &[&str]) -> bool {
-        words.contains(&self.word.as_str())
+    /// Whether it is one of these words, as written; they have spaces between.
+    pub fn is(&self, words: &str) -> bool {
+        words.split(' ').any(|word| word == self.word)
     }
 
     /// Whether it is a word of letters.
@@ -31,11 +31,9 @@ impl Token {
 
     /// Whether it may stand between the words of a pattern: an article or an adverb.
     pub fn is_filler(&self) -> bool {
-        const FILLERS: [&str; 22] = [
-            "the", "a", "an", "very", "still", "also", "now", "already", "just", "quite", "rather",
-            "even", "too", "well", "far", "so", "then", "again", "always", "bit", "little", "much",
-        ];
-        self.is(&FILLERS) || self.word.ends_with("ly")
+        const FILLERS: &str = "the a an very still also now already just quite rather even too well far so then again always bit little \
+        much";
+        self.is(FILLERS) || self.word.ends_with("ly")
     }
 }
 
@@ -150,12 +148,10 @@ pub fn tokens(lower: &str, numbers: &[Number]) -> Vec<Token> {
     }
     // "The cyclist's still ahead" has a verb.
     for at in 0..found.len().saturating_sub(1) {
-        const BEHIND_IS: [&str; 18] = [
-            "still", "already", "not", "a", "an", "the", "in", "on", "at", "ahead", "behind",
-            "about", "just", "only", "now", "way", "too", "very",
-        ];
+        const BEHIND_IS: &str =
+            "still already not a an the in on at ahead behind about just only now way too very";
         let next = &found[at + 1];
-        if found[at].is(&["'s"]) && (next.is(&BEHIND_IS) || next.word.ends_with("ing")) {
+        if found[at].is("'s") && (next.is(BEHIND_IS) || next.word.ends_with("ing")) {
             found[at].word = "is".into();
             found[at].stem = "is".into();
         }
@@ -220,11 +216,9 @@ fn contract(found: &mut Vec<Token>, ending: &str, span: Range<usize>) {
         "ll" => "will",
         "d" => "would",
         _ => {
-            let is_verb = found.last().is_some_and(|t| {
-                t.is(&[
-                    "it", "he", "she", "that", "there", "who", "what", "nobody", "nothing", "let",
-                ])
-            });
+            let is_verb = found
+                .last()
+                .is_some_and(|t| t.is("it he she that there who what nobody nothing let"));
             if is_verb { "is" } else { "'s" }
         }
     };
