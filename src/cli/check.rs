@@ -35,9 +35,9 @@ pub struct Check {
     /// The present of the text: a time step (32), seconds (3.2s) or worst [default: the last step].
     #[arg(long, value_name = AT, allow_negative_numbers = true)]
     at: Option<At>,
-    /// Steps until then that the text was told of.
-    #[arg(long, value_name = "N", default_value = "10", value_parser = history)]
-    history: u32,
+    /// Steps until then that the text was told of [default: 10].
+    #[arg(long, value_name = "N", value_parser = history)]
+    history: Option<u32>,
     /// Times in the text count from its present: "0.5 s ago", "at -0.5 s".
     #[arg(long)]
     relative: bool,
@@ -54,6 +54,25 @@ pub struct Check {
     format: FormatOption,
 }
 
+impl Check {
+    /// What each line of a file of texts says for itself is not said for all of them.
+    fn refuse_what_lines_say(&self) -> Result<(), Failure> {
+        let said = [
+            ("--at", self.at.is_some()),
+            ("--history", self.history.is_some()),
+            ("--relative", self.relative),
+            ("--trajectory", self.trajectory.is_some()),
+            ("--prompt", self.prompt.is_some()),
+        ];
+        match said.iter().find(|(_, is_said)| *is_said) {
+            Some((option, _)) => Err(Failure::input(format!(
+                "{option} is of one text: write it into the lines of the file"
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Runs `check`.
 pub fn run(arguments: &Check) -> Outcome {
     let is_json = arguments.format.is_json();
@@ -62,7 +81,10 @@ pub fn run(arguments: &Check) -> Outcome {
     };
     let is_traces = { scenario.extension() }.is_some_and(|end| end == "jsonl");
     match &arguments.text {
-        None if is_traces => traces(scenario, is_json),
+        None if is_traces => {
+            arguments.refuse_what_lines_say()?;
+            traces(scenario, is_json)
+        }
         None => Err(Failure::input(
             "say the text with --text FILE, or name a FILE.jsonl of texts",
         )),
@@ -98,7 +120,7 @@ fn one(arguments: &Check, (scenario, file): (&Path, &Path)) -> Outcome {
         None => Vec::new(),
     };
     let times = origin(arguments.relative);
-    let window = window(&scene, arguments.at, arguments.history)
+    let window = window(&scene, arguments.at, arguments.history.unwrap_or(HISTORY))
         .map_err(|why| Failure::input(format!("{}: {why}", entry.display())))?;
     let subject = Subject {
         prompt: prompt.as_deref(),
@@ -229,7 +251,7 @@ fn traces(file: &Path, is_json: bool) -> Outcome {
     output::text(&truth(&all, &found)?)
 }
 
-/// The steps that a trace was told of where it does not say.
+/// The steps that a text was told of where nothing says it.
 const HISTORY: u32 = 10;
 
 /// The table of claims by model and kind, and what sentences came to.

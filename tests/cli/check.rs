@@ -1,4 +1,4 @@
-//! `check`: sentences about a scenario, as text and JSON, from a file and from standard input.
+//! `check`: sentences about scenarios, one text or many, as text and JSON, with a trajectory and a prompt.
 
 use serde_json::Value;
 
@@ -56,4 +56,110 @@ fn sentences_are_held_against_the_scene() {
     home.run(&["check", CUT_IN, "--text", "said.txt", "--at", "9999"])
         .status(2)
         .says(&["9999"]);
+}
+
+/// What a JSON lines output has under a key, a line each.
+fn column(lines: &str, key: &str) -> Vec<Value> {
+    { lines.lines() }
+        .map(|line| serde_json::from_str::<Value>(line).unwrap()[key].clone())
+        .collect()
+}
+
+#[test]
+fn many_texts_make_a_table_by_model() {
+    let home = Home::new();
+    let lines = [
+        r#"{"scenario": "ZAM_CutIn-1_1_T-1", "step": 44, "model": "a", "text": "Obstacle 301 is at a distance of 99 m."}"#,
+        "",
+        r#"{"scenario": "ZAM_CutIn-1_1_T-1", "time": 1.0, "text": "We have not collided with anything. Obstacle 301 approaches. Obstacle 301 moves away."}"#,
+    ];
+    home.write("texts.jsonl", lines.join("\n"));
+    let table = home.run(&["check", "texts.jsonl"]).status(0).stdout;
+    for part in [
+        "Right share",
+        "a: 1 sentence: right 0, wrong 1",
+        "unnamed: 3 sentences",
+        "2 contradict another one",
+    ] {
+        assert!(table.contains(part), "{part}\n{table}");
+    }
+    let json = home.run(&["check", "texts.jsonl", "--format", "json"]);
+    let json = json.status(0).stdout;
+    assert_eq!(column(&json, "line"), [1, 3, 3, 3]);
+    assert_eq!(column(&json, "model")[0], "a");
+    assert_eq!(column(&json, "model")[1], Value::Null);
+    assert_eq!(column(&json, "contradicts")[1], Value::Array(Vec::new()));
+    assert_ne!(column(&json, "contradicts")[2], Value::Array(Vec::new()));
+}
+
+#[test]
+fn lines_that_are_no_texts_are_errors_with_their_number() {
+    let home = Home::new();
+    let good = r#"{"scenario": "ZAM_CutIn-1_1_T-1", "text": "It is safe."}"#;
+    for (bad, why) in [
+        ("{", "texts.jsonl:2: "),
+        (r#"{"scenario": "ZAM_CutIn-1_1_T-1"}"#, "`text`"),
+        (
+            r#"{"scenario": "ZAM_CutIn-1_1_T-1", "text": "", "txt": ""}"#,
+            "`txt`",
+        ),
+        (
+            r#"{"scenario": "ZAM_CutIn-1_1_T-1", "text": "", "step": 3, "time": 1.0}"#,
+            "time and step",
+        ),
+        (
+            r#"{"scenario": "ZAM_CutIn-1_1_T-1", "text": "", "step": 9999}"#,
+            "9999",
+        ),
+        (r#"{"scenario": "nowhere.xml", "text": ""}"#, "nowhere.xml"),
+    ] {
+        home.write("texts.jsonl", format!("{good}\n{bad}\n"));
+        home.run(&["check", "texts.jsonl"])
+            .status(2)
+            .says(&["texts.jsonl:2: ", why]);
+    }
+    home.write("texts.jsonl", "\n");
+    home.run(&["check", "texts.jsonl"])
+        .status(2)
+        .says(&["no line with a text"]);
+    home.write("texts.jsonl", good);
+    home.run(&["check", "texts.jsonl", "--at", "3"])
+        .status(2)
+        .says(&["--at", "lines"]);
+}
+
+#[test]
+fn plans_are_held_against_the_trajectory_and_numbers_against_the_prompt() {
+    let home = Home::new();
+    home.write("standing.json", "[[0.5, 0, 0], [1, 0, 0], [2, 0, 0]]");
+    home.write("driving.json", "[[0.5, 5, 0], [1, 10, 0], [2, 20, 0]]");
+    home.write("said.txt", "I will accelerate.");
+    let run = ["check", CUT_IN, "--text", "said.txt", "--at", "20"];
+    let outcome = |more: &[&str]| {
+        let run = home.run(&[&run[..], &["--format", "json"], more].concat());
+        column(&run.status(0).stdout, "outcome")
+    };
+    assert_ne!(outcome(&[]), ["wrong"]);
+    assert_eq!(outcome(&["--trajectory", "standing.json"]), ["wrong"]);
+    home.write("said.txt", "I will stop.");
+    assert_eq!(outcome(&["--trajectory", "driving.json"]), ["wrong"]);
+    home.write("broken.json", "[[0.5, 0]]");
+    home.run(&[&run[..], &["--trajectory", "broken.json"]].concat())
+        .status(2)
+        .says(&["broken.json", "[[t, x, y]"]);
+    home.write("said.txt", "The distance to obstacle 301 is 987 m.");
+    home.write("prompt.txt", "Obstacle 301 has a distance of 12 m.");
+    let told = home.run(&[&run[..], &["--prompt", "prompt.txt"]].concat());
+    let told = told.status(0).stdout;
+    assert!(told.contains("1 invented number"), "{told}");
+}
+
+#[test]
+fn the_agreement_on_labelled_sentences_is_printed() {
+    let home = Home::new();
+    let told = home.run(&["check", "--labelled"]).status(0).stdout;
+    assert!(told.contains("all"), "{told}");
+    let json = home.run(&["check", "--labelled", "--format", "json"]);
+    assert!(!column(&json.status(0).stdout, "found").contains(&Value::Null));
+    home.run(&["check", CUT_IN]).status(2).says(&["--text"]);
 }

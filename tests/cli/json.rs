@@ -37,6 +37,10 @@ fn furnished() -> Home {
         format!("id = \"1\"\ntitle = \"a\"\ntext = \"b\"\nscenarios = [\"{CUT_IN}\"]\nindex = \"index\"\n"),
     );
     home.write("said.txt", "Car 301 is approaching the ego.");
+    home.write(
+        "texts.jsonl",
+        format!("{{\"scenario\": \"{CUT_IN}\", \"text\": \"Car 301 is approaching the ego.\"}}\n"),
+    );
     let made = [
         "generate",
         CUT_IN,
@@ -226,6 +230,14 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
                 "said.txt",
                 "--format=json",
             ],
+        ),
+        (
+            "check-traces",
+            vec!["check", "texts.jsonl", "--format=json"],
+        ),
+        (
+            "check-labelled",
+            vec!["check", "--labelled", "--format=json"],
         ),
         ("drivers", vec!["drivers", "--format=json"]),
         ("metrics-list", vec!["metrics", "--list", "--format=json"]),

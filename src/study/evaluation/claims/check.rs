@@ -412,6 +412,8 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                 .iter()
                 .find(|(_, truth)| judged(*truth) == Judgement::Right)
             {
+                // The centres are always farther apart.
+                Some((ClaimBasis::Centres, _)) => Judgement::Unknown("true between the centres"),
                 Some((basis, truth)) => {
                     checked.basis = *basis;
                     checked.truth = Some(*truth);
@@ -454,7 +456,9 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                 Judgement::Wrong
             };
             checked.is = contact(subject, &participant, touches);
+            // As the paper's tables have it, bodies that pass each other closely may touch.
             if !touches
+                && encounter.distance() < 0.5
                 && paper_relations(&encounter, written)
                     .iter()
                     .any(|r| r.adjusted_d_long == 0.0 && r.adjusted_d_lat == 0.0)

@@ -282,6 +282,7 @@ fn pieces<'t>(
                     && !before.is_some_and(|b| b.is("as same well such near close"))
             }
             "since" | "before" | "after" => after.is_some_and(|a| a.number.is_none()),
+            "yet" => !before.is_some_and(|b| b.is("not")),
             "so" => !before.is_some_and(|b| b.is("or not")),
             word => OPENERS.contains(&word),
         };
@@ -407,7 +408,8 @@ fn subject(
     match nominal.map(|r| r.who) {
         Some(Named::Obstacle(_) | Named::It) => {
             let Some(id) = nominal.and_then(|r| id_of(r)) else {
-                let is_ego = last == Some(&Who::Ego) && nominal.is_some_and(|r| r.who == Named::It);
+                let is_ego = last == Some(&Who::Ego)
+                    && nominal.is_some_and(|r| tokens[r.at.start].is("it its itself"));
                 return (if is_ego { Who::Ego } else { Who::Unknown }, None);
             };
             // "7, 8 and 9 are behind": of each.

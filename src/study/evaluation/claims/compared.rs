@@ -173,6 +173,39 @@ impl Speech<'_> {
         }
     }
 
+    /// The sign of a relative velocity: "a negative longitudinal velocity", "the relative velocity is positive".
+    pub(super) fn signs(&self, clause: &Clause, found: &mut Vec<Said>) {
+        let of = |words: &str| clause.at.clone().find(|i| self.is(*i, words));
+        let (Some(sign), Some(noun)) = (of("negative positive"), of("velocity velocities")) else {
+            return;
+        };
+        let is_near = sign < noun && noun - sign <= 3
+            || sign > noun
+                && sign - noun <= 4
+                && (noun..sign).any(|i| self.is(i, "is becomes remains are was"));
+        let is_relative = (sign.min(noun).saturating_sub(3)..noun.max(sign))
+            .any(|i| self.is(i, "relative longitudinal lateral closing"));
+        if !is_near
+            || !is_relative
+            || (sign..noun.max(sign) + 2)
+                .any(|i| self.tokens.get(i).is_some_and(|t| t.number.is_some()))
+        {
+            return;
+        }
+        let Some(is_denied) = self.denial(clause, sign) else {
+            return;
+        };
+        let at = sign.min(noun)..sign.max(noun) + 1;
+        let is_lateral = at
+            .clone()
+            .chain(noun.saturating_sub(2)..noun)
+            .any(|i| self.is(i, "lateral"));
+        let predicate = Predicate::Signed(!is_lateral, self.is(sign, "positive"));
+        for id in self.pair(clause) {
+            self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
+        }
+    }
+
     /// Comparisons with another obstacle, and with all.
     pub(super) fn comparisons(&self, clause: &Clause, found: &mut Vec<Said>) {
         for ((of, is_more, is_most), at) in COMPARATIVES.all(self.tokens, clause.at.clone()) {

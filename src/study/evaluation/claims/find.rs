@@ -215,36 +215,6 @@ fn read(
     };
     let references = references(&tokens, named, cast);
     let clauses = clauses(&tokens, &references, current);
-    if std::env::var_os("CLAIMS_DEBUG").is_some() {
-        for c in &clauses {
-            let w: Vec<&str> = tokens[c.at.clone()]
-                .iter()
-                .map(|t| t.word.as_str())
-                .collect();
-            eprintln!(
-                "  [{}] who {:?} object {:?} ego {} {:?} label {}",
-                w.join(" "),
-                c.who,
-                c.object,
-                c.names_ego,
-                c.mood,
-                c.is_label
-            );
-        }
-        for r in &references {
-            let w: Vec<&str> = tokens[r.at.clone()]
-                .iter()
-                .map(|t| t.word.as_str())
-                .collect();
-            eprintln!(
-                "      <{}> {:?} governed {} {:?}",
-                w.join(" "),
-                r.who,
-                r.is_governed,
-                r.says
-            );
-        }
-    }
     let who = clauses.iter().map(|clause| clause.who.clone()).collect();
     let taken: Vec<bool> = all
         .iter()

@@ -287,6 +287,8 @@ pub enum Predicate {
     Moving,
     /// It comes to a stop.
     Stops,
+    /// Its relative velocity along (true) or across the ego's heading has this sign: true for positive.
+    Signed(bool, bool),
     /// It turns to the left (true) or right.
     Turning(bool),
     /// Its way crosses that of the ego.
@@ -381,6 +383,8 @@ impl Predicate {
             | Self::CutsIn
             | Self::FasterThanEgo
             | Self::SlowerThanEgo => Quantity::Motion,
+            Self::Signed(true, _) => Quantity::VelocityLong,
+            Self::Signed(false, _) => Quantity::VelocityLat,
             Self::At(_) | Self::CameFrom(_) | Self::Beside => Quantity::Side,
             Self::Compared(_) => Quantity::Comparison,
             Self::NeighbourLane(_)
@@ -413,6 +417,8 @@ impl std::fmt::Display for Predicate {
             Self::SlowerThanEgo => f.write_str("slower than the ego"),
             Self::Moving => f.write_str("moving"),
             Self::Stops => f.write_str("stopping"),
+            Self::Signed(_, true) => f.write_str("positive"),
+            Self::Signed(_, false) => f.write_str("negative"),
             Self::Turning(left) => write!(f, "turning {}", if *left { "left" } else { "right" }),
             Self::Crossing => f.write_str("crossing"),
             Self::ChangesLane => f.write_str("changing lanes"),

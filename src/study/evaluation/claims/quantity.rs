@@ -242,11 +242,12 @@ impl Sentence<'_> {
                     ));
                 }
                 if OTHER_LENGTHS.iter().any(|word| has_word(own, word))
-                    || ["mdc", "dce", "min"]
-                        .iter()
-                        .any(|word| has_word(near, word))
+                    || axis.is_none()
+                        && ["mdc", "dce", "min"]
+                            .iter()
+                            .any(|word| has_word(near, word))
                     || has_word(clause, "position")
-                    || has_word(self.above, "mdc")
+                    || axis.is_none() && has_word(self.above, "mdc")
                     || ["long", "wide", "high", "lane"].contains(&first_word)
                     || time(near)
                 {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nearmiss_scene::metrics::RiskAspect;
 
-use super::number::{Number, Unit, axis, begins_with_word, without_reference};
+use super::number::{Number, Unit, axis, begins_with_word};
 use super::tokens::{find_word, has_word, is_contracted};
 use super::{ClaimedValue, Predicate, Quantity};
 
@@ -396,18 +396,16 @@ pub fn lanelets(lower: &str) -> Vec<Said> {
     let all = lower.match_indices("lanelet").map(|(at, _)| at);
     let found = all.filter_map(|at| {
         let before = lower[..at].trim_end_matches(['*', ' ', '`', '"']);
-        const IN: [&str; 13] = [
+        const IN: [&str; 12] = [
             "in", "on", "within", "along", "occupies", "the", "(", ":", "-", ",", "is", "same",
-            "ego's",
         ];
         let is_in = before.is_empty() || IN.iter().any(|word| before.ends_with(word));
         let (end, id) = lanelet(lower, at)?;
-        let is_of_ego = has_word(&without_reference(before), "ego");
         let value = ClaimedValue::Word {
             predicate: Predicate::OnLanelet(id),
             is_denied: false,
         };
-        (is_in && !is_of_ego).then_some((at..end, Quantity::Way, value))
+        is_in.then_some((at..end, Quantity::Way, value))
     });
     found.collect()
 }

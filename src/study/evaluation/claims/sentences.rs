@@ -184,9 +184,11 @@ fn is_invented(checked: &CheckedClaim, told: &[f64]) -> bool {
     let half = 0.5 * 10_f64.powi(-i32::from(decimals)) + 1e-9;
     let is_told = |told: &f64| (told.abs() - value.abs()).abs() <= half;
     checked.judgement != Judgement::Right
-        && decimals > 0
         && value.is_finite()
-        && checked.claim.quantity != Quantity::Plan
+        && !matches!(
+            checked.claim.quantity,
+            Quantity::Plan | Quantity::Arithmetic
+        )
         && !told.iter().any(is_told)
 }
 

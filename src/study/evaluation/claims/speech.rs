@@ -50,6 +50,7 @@ impl Speech<'_> {
         self.acts(clause, &mut found);
         if !matches!(clause.mood, Mood::Supposed | Mood::Future) {
             self.trends(clause, &mut found);
+            self.signs(clause, &mut found);
             self.lanes(clause, &mut found);
             self.listed(clause, &mut found);
             self.comparisons(clause, &mut found);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{CheckedSentence, Judgement, SentenceOutcome, Subject, Waypoint, sentences};
+use super::{CheckedSentence, Judgement, Quantity, SentenceOutcome, Subject, Waypoint, sentences};
 use crate::evaluation::statistics::{Interval, scenario_interval};
 
 /// A text about a scene.
@@ -121,6 +121,9 @@ impl Record for TruthRow {
     const TITLE: &'static str = "Claims of a kind by a model a line";
 }
 
+/// All claims but those of risk scores, which are judgements.
+const FACTS: &str = "all but risk scores";
+
 /// Claims by model and kind, the commonest kinds first, each model's "all" before them. A text comes with its model, its
 /// scenario, and its sentences.
 #[must_use]
@@ -132,7 +135,9 @@ pub fn truth_table<'a>(
     for (model, scenario, sentences) in texts {
         let kinds = cells.entry(model).or_default();
         for claim in sentences.iter().flat_map(|one| &one.claims) {
-            for kind in ["all", claim.claim.quantity.name()] {
+            let quantity = claim.claim.quantity;
+            let is_fact = (quantity != Quantity::Risk).then_some(FACTS);
+            for kind in { is_fact.into_iter() }.chain(["all", quantity.name()]) {
                 let (counts, units) = kinds.entry(kind).or_default();
                 let place = match claim.judgement {
                     Judgement::Right => 0,
@@ -169,6 +174,7 @@ pub fn truth_table<'a>(
         own.sort_by_key(|row| {
             (
                 row.kind != "all",
+                row.kind != FACTS,
                 std::cmp::Reverse(row.right + row.wrong + row.open),
             )
         });

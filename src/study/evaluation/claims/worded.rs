@@ -141,6 +141,26 @@ pub fn state(
                 }),
             }
         }
+        Predicate::Signed(long, is_positive) => {
+            let own = encounter.relation().velocity;
+            let mut all = vec![if long { own.x } else { own.y }];
+            all.extend(told.iter().map(|told| {
+                if long {
+                    told.v_rel_long
+                } else {
+                    told.v_rel_lat
+                }
+            }));
+            let sign = if is_positive { 1.0 } else { -1.0 };
+            Known {
+                holds: match all[0].abs() {
+                    _ if all.iter().any(|v| sign * v > STILL) => Ok(true),
+                    speed if speed <= STILL => Err("it is about 0"),
+                    _ => Ok(false),
+                },
+                is: format!("{:.1} m/s", all[0]),
+            }
+        }
         Predicate::Beside => {
             let relation = encounter.relation();
             Known {
