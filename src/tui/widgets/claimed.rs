@@ -215,6 +215,8 @@ mod tests {
                         left: None,
                     }),
                     step: None,
+                    is_of_ego: false,
+                    is_past: false,
                 },
                 step: 3,
                 truth: None,

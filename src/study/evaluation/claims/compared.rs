@@ -116,12 +116,13 @@ impl Speech<'_> {
             return;
         };
         // "Gap 4.4 m, opening".
-        let earlier = match verb.start == clause.at.start {
-            true => NOUNS.all(
+        let earlier = if verb.start == clause.at.start {
+            NOUNS.all(
                 self.tokens,
                 clause.at.start.saturating_sub(5)..clause.at.start,
-            ),
-            false => Vec::new(),
+            )
+        } else {
+            Vec::new()
         };
         let before = nouns.iter().rfind(|(_, noun)| noun.end <= verb.start);
         let Some((dimension, noun)) = before.or_else(|| nouns.first()).or_else(|| earlier.last())

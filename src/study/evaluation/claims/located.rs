@@ -179,11 +179,10 @@ impl Speech<'_> {
             before.number.is_some() || self.reference_at(clause.at.start - 2).is_some()
         };
         // "1.6 m left".
-        let length = starts && false
-            || here.start > clause.at.start
-                && self.tokens[here.start - 1].number.is_some()
-                && self.tokens[here.start - 1].word.ends_with(['m', 's'])
-                && ends;
+        let length = ends
+            && here.start > clause.at.start
+            && self.tokens[here.start - 1].number.is_some()
+            && self.tokens[here.start - 1].word.ends_with(['m', 's']);
         let inline = length
             || is_asked
                 && here.start > clause.at.start

@@ -602,7 +602,7 @@ impl<'a> Reader<'a> {
             || self.is(one.at.end, "'s")
             || matches!(one.who, Named::Obstacle(_))
                 && self.tokens[one.at.end - 1].word.ends_with("'s");
-        one.is_governed = is_owner && !(!one.says.is_empty() && self.is(at, OWNERS))
+        one.is_governed = is_owner && (one.says.is_empty() || !self.is(at, OWNERS))
             || is_second
             || word.is_some_and(|word| PREPOSITIONS.contains(&word));
         let compares = at > 1

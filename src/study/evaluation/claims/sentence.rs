@@ -238,9 +238,10 @@ impl Sentence<'_> {
         // "I rate it 2": of whom it is about.
         let is_rated = quantity == Quantity::Risk && !matches!(clause.who, Who::Obstacles(_));
         let topic = clause.topic.filter(|_| is_rated).map(|id| (id, false));
-        let of = match is_of_ego {
-            true => Some((self.ego, false)),
-            false => self.stated_of(span.start).or(topic),
+        let of = if is_of_ego {
+            Some((self.ego, false))
+        } else {
+            self.stated_of(span.start).or(topic)
         };
         if let Some(of) = of
             && !denies(before)

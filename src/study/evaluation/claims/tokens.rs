@@ -329,12 +329,11 @@ fn matched(elements: &[Element], tokens: &[Token], from: usize) -> Option<usize>
     let Some((first, rest)) = elements.split_first() else {
         return Some(from);
     };
-    if let Some(token) = tokens.get(from) {
-        if first.fits(token)
-            && let Some(end) = then(rest, tokens, from + 1)
-        {
-            return Some(end);
-        }
+    if let Some(token) = tokens.get(from)
+        && first.fits(token)
+        && let Some(end) = then(rest, tokens, from + 1)
+    {
+        return Some(end);
     }
     if first.is_optional {
         return matched(rest, tokens, from);

@@ -248,7 +248,10 @@ mod tests {
             share(all.right_called_wrong, all.sentences) < 0.04,
             "{all:?}"
         );
-        let foreign = rows.iter().find(|row| row.style == FOREIGN).unwrap();
+        let foreign = rows
+            .iter()
+            .find(|row| row.style == FOREIGN)
+            .expect("a foreign row");
         assert_eq!(foreign.wrong_called_right, 0, "never right: {foreign:?}");
     }
 }
