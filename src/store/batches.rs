@@ -254,7 +254,8 @@ impl Store {
                  UNION SELECT place, run FROM asked WHERE run IS NOT NULL)
              SELECT place, runs.id AS run, state, window_first, window_last, most_usd, input_tokens, output_tokens,
                  reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms,
-                 claims_right, claims_wrong, claims_open, claims_check
+                 claims_right, claims_wrong, claims_open, claims_check, claims_invented,
+                 sentences, sentences_not_understood, sentences_contradictory
              FROM made JOIN runs ON runs.id = made.run WHERE deleted_ms IS NULL ORDER BY place, runs.id",
         )?;
         let most = most.map_or(-1, i64::from); // a negative limit is none

@@ -418,32 +418,47 @@ fn sync_folder(_: &Path) -> io::Result<()> {
 const SCHEMA: &str = include_str!("schema.sql");
 
 /// The version of a file that this program reads and writes.
-pub const VERSION: i64 = 13;
+pub const VERSION: i64 = 14;
 
-/// Makes the tables of a new file. Several programs may try at once; one does it, the others wait.
+/// The version before, which is brought to [`VERSION`] when it is opened.
+pub const BEFORE: i64 = 13;
+
+/// What [`BEFORE`] lacks.
+const CHANGES: &str = "ALTER TABLE runs ADD COLUMN claims_invented INTEGER;
+    ALTER TABLE runs ADD COLUMN sentences INTEGER;
+    ALTER TABLE runs ADD COLUMN sentences_not_understood INTEGER;
+    ALTER TABLE runs ADD COLUMN sentences_contradictory INTEGER;";
+
+/// Makes the tables of a new file, and adds what an older one lacks. Several programs may try at once; one does it, the
+/// others wait.
 fn create_tables(connection: &mut Connection) -> Result<(), StoreError> {
     if check_version(connection)? == VERSION {
         return Ok(());
     }
     let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
-    if check_version(&transaction)? == 0 {
-        let tables: i64 =
-            transaction.query_row("SELECT count(*) FROM sqlite_master", [], |row| row.get(0))?;
-        if tables > 0 {
-            return Err(StoreError::Foreign);
+    match check_version(&transaction)? {
+        0 => {
+            let tables: i64 =
+                transaction
+                    .query_row("SELECT count(*) FROM sqlite_master", [], |row| row.get(0))?;
+            if tables > 0 {
+                return Err(StoreError::Foreign);
+            }
+            transaction.execute_batch(SCHEMA)?;
         }
-        transaction.execute_batch(SCHEMA)?;
-        transaction.pragma_update(None, "user_version", VERSION)?;
+        BEFORE => transaction.execute_batch(CHANGES)?,
+        _ => {}
     }
+    transaction.pragma_update(None, "user_version", VERSION)?;
     transaction.commit()?;
     Ok(())
 }
 
-/// The version of a file: [`VERSION`], or 0 of one without tables.
+/// The version of a file: [`VERSION`], [`BEFORE`], or 0 of one without tables.
 pub fn check_version(connection: &Connection) -> Result<i64, StoreError> {
     let found = connection.query_row("PRAGMA user_version", [], |row| row.get(0))?;
     match found {
-        0 | VERSION => Ok(found),
+        0 | BEFORE | VERSION => Ok(found),
         newer if newer > VERSION => Err(StoreError::Newer {
             found,
             known: VERSION,

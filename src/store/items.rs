@@ -476,6 +476,14 @@ pub struct ClaimCounts {
     pub claims_wrong: Option<u32>,
     /// Claims that cannot be decided.
     pub claims_open: Option<u32>,
+    /// Wrong numbers that the question does not have; null also where a picture was shown, or the question is not known.
+    pub claims_invented: Option<u32>,
+    /// Sentences of the answer that say something of the scene; null if they were not checked.
+    pub sentences: Option<u32>,
+    /// Of them those that were not understood.
+    pub sentences_not_understood: Option<u32>,
+    /// Of them those that contradict another one.
+    pub sentences_contradictory: Option<u32>,
     /// Version of the check that counted the claims.
     pub claims_check: Option<u32>,
 }
@@ -485,6 +493,16 @@ impl ClaimCounts {
     #[must_use]
     pub fn known(self) -> Option<[u32; 3]> {
         Some([self.claims_right?, self.claims_wrong?, self.claims_open?])
+    }
+
+    /// Sentences, those not understood and those that contradict another one; `None` if they were not checked.
+    #[must_use]
+    pub fn known_sentences(self) -> Option<[u32; 3]> {
+        Some([
+            self.sentences?,
+            self.sentences_not_understood?,
+            self.sentences_contradictory?,
+        ])
     }
 }
 
@@ -496,7 +514,8 @@ impl Store {
     pub fn keep_claims(&self, counted: &[(RunId, ClaimCounts)]) -> Result<(), StoreError> {
         self.durably(|transaction| {
             let mut statement = transaction.prepare_cached(
-                "UPDATE runs SET claims_right = ?2, claims_wrong = ?3, claims_open = ?4, claims_check = ?5
+                "UPDATE runs SET claims_right = ?2, claims_wrong = ?3, claims_open = ?4, claims_check = ?5,
+                     claims_invented = ?6, sentences = ?7, sentences_not_understood = ?8, sentences_contradictory = ?9
                  WHERE id = ?1",
             )?;
             for (run, counts) in counted {
@@ -505,7 +524,11 @@ impl Store {
                     counts.claims_right,
                     counts.claims_wrong,
                     counts.claims_open,
-                    counts.claims_check
+                    counts.claims_check,
+                    counts.claims_invented,
+                    counts.sentences,
+                    counts.sentences_not_understood,
+                    counts.sentences_contradictory
                 ])?;
             }
             Ok(())

@@ -81,7 +81,8 @@ impl Store {
                  template, template_version, template_hash, window_first, window_last, model, sample,
                  json_valid(parameters) AND json_extract(parameters, '$.tools') IS NOT NULL AS with_tools, state, finish, verdict, reading, error, most_usd, input_tokens, output_tokens,
                  reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key,
-                 claims_right, claims_wrong, claims_open, claims_check
+                 claims_right, claims_wrong, claims_open, claims_check, claims_invented,
+                 sentences, sentences_not_understood, sentences_contradictory
              FROM {condition} ORDER BY created_ms, runs.id"
         );
         all_rows(&connection, &sql, params_from_iter(values), from_row)

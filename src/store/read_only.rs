@@ -8,7 +8,7 @@ use nearmiss_base::system;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use tempfile::TempDir;
 
-use super::database::{VERSION, check_version};
+use super::database::{BEFORE, VERSION, check_version};
 use super::{Store, StoreError, database};
 
 /// What SQLite keeps beside a file: its write-ahead log, that log's index, and a journal of other modes.
@@ -143,6 +143,19 @@ fn copied(path: &Path) -> std::io::Result<(TempDir, PathBuf)> {
     Ok((folder, copy))
 }
 
+/// Opens a copy of a file of the version before, brought to the newest one.
+fn open_changed(path: &Path) -> Result<Reading, StoreError> {
+    let (folder, file) = copied(path).map_err(|source| StoreError::Open {
+        file: path.display().to_string(),
+        source,
+    })?;
+    drop(Store::open(&file)?);
+    Ok(Reading {
+        copy: Some(folder),
+        ..open(&file)?
+    })
+}
+
 impl Store {
     /// Opens the store in a file to read it, as [`Store::open`] does where that can be; one that cannot be written is
     /// left as it is, and where there is no file, nothing is made and nothing is there.
@@ -168,8 +181,10 @@ impl Store {
     /// Opens the store in a file that is not written to.
     fn open_read_only(path: &Path) -> Result<Self, StoreError> {
         let mut reading = open(path)?;
-        if check_version(&reading.connection)? == 0 {
-            return Self::in_memory();
+        match check_version(&reading.connection)? {
+            0 => return Self::in_memory(),
+            BEFORE => reading = open_changed(path)?,
+            _ => {}
         }
         let copy = reading.copy.take();
         let store = Self::of_reader(reading.connection);
@@ -301,7 +316,7 @@ mod tests {
     fn files_of_other_versions_are_refused_and_stay_as_they_are() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(NAME);
-        for version in [0, VERSION - 1, VERSION + 1] {
+        for version in [0, BEFORE - 1, VERSION + 1] {
             let connection = Connection::open(&path).unwrap();
             connection
                 .pragma_update(None, "user_version", version)
@@ -318,6 +333,35 @@ mod tests {
             }
             assert_eq!(std::fs::read(&path).unwrap(), before);
         }
+    }
+
+    #[test]
+    fn a_file_of_the_version_before_is_read_in_a_copy() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = one(folder.path());
+        let connection = Connection::open(&path).unwrap();
+        for column in [
+            "claims_invented",
+            "sentences",
+            "sentences_not_understood",
+            "sentences_contradictory",
+        ] {
+            let drop = format!("ALTER TABLE runs DROP COLUMN {column}");
+            connection.execute_batch(&drop).unwrap();
+        }
+        connection
+            .pragma_update(None, "user_version", BEFORE)
+            .unwrap();
+        drop(connection);
+        let before = std::fs::read(&path).unwrap();
+        let store = Store::open_read_only(&path).unwrap();
+        assert_eq!(store.outcomes(&Filter::default()).unwrap().len(), 1);
+        assert!(store.delete(RunId(1), true).is_err());
+        drop(store);
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+        drop(Store::open(&path).unwrap());
+        let connection = Connection::open(&path).unwrap();
+        assert_eq!(check_version(&connection).unwrap(), VERSION);
     }
 
     #[test]

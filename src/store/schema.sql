@@ -65,7 +65,12 @@ CREATE TABLE runs (
                                         json_extract(verdict, '$.high_risk'))),
     -- Rounds of tool calls: a JSON array, kept round by round, so that a question that breaks off goes on after the
     -- rounds that are paid.
-    tool_rounds    TEXT
+    tool_rounds    TEXT,
+    claims_invented          INTEGER, -- wrong numbers that the question does not have; null also where that is not known
+    -- Sentences of the answer that say something of the scene, counted with its claims.
+    sentences                INTEGER,
+    sentences_not_understood INTEGER,
+    sentences_contradictory  INTEGER  -- those that contradict another one
 ) STRICT;
 
 -- Pieces of answers that are still arriving; moved into their run when it ends.

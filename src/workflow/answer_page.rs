@@ -281,7 +281,9 @@ fn of_scene(
     let mut found = Vec::new();
     for one in asked {
         if let Some(run) = store.run(one.run)? {
-            found.push((one.run, Answer::from(run).claims(&scene)));
+            let messages: Vec<Message> =
+                serde_json::from_str(&run.question.messages).unwrap_or_default();
+            found.push((one.run, Answer::from(run).claims(&scene, &messages)));
         }
     }
     Ok(found)

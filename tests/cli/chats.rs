@@ -71,6 +71,7 @@ pub fn answer(n: i64) -> Run {
                 claims_wrong: Some(0),
                 claims_open: Some(0),
                 claims_check: Some(claims::CHECK),
+                ..ClaimCounts::default()
             },
             ..Ending::bare(RunState::Answered)
         },

@@ -26,6 +26,9 @@ fn counts(cell: &Value) -> Vec<Option<u64>> {
         "claims_right",
         "claims_wrong",
         "claims_open",
+        "claims_invented",
+        "sentences",
+        "sentences_contradictory",
     ];
     names.map(|name| cell[name].as_u64()).to_vec()
 }
@@ -62,7 +65,16 @@ async fn claims_are_counted_in_reports_exports_and_of_older_answers() {
             .status(0)
             .json()
     };
-    let all = vec![Some(2), Some(0), Some(0), Some(4), Some(0)];
+    let all = vec![
+        Some(2),
+        Some(0),
+        Some(0),
+        Some(4),
+        Some(0),
+        Some(0),
+        Some(4),
+        Some(0),
+    ];
     for more in [&[][..], &["--batch", "b1"]] {
         let report = report(more);
         let cell = cell(&report);

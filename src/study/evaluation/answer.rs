@@ -1,7 +1,7 @@
 //! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
 use nearmiss_ask::llm::{
-    Finish, MAX_ANSWER_BYTES, Parameters, Secrets, THINKING_TAGS, Token, ToolRound,
+    Finish, MAX_ANSWER_BYTES, Message, Parameters, Secrets, THINKING_TAGS, Token, ToolRound,
 };
 use nearmiss_scene::judge;
 use nearmiss_scene::scenario::Scene;
@@ -209,10 +209,18 @@ impl Answer {
         (self.finish.as_deref() == Some(TOO_LONG)).then(too_long)
     }
 
-    /// Its claims about the obstacles of the scene that it is about.
+    /// Its claims about the scene that it is about, when these messages asked for it; none where they are not known.
     #[must_use]
-    pub fn claims(&self, scene: &Scene) -> ClaimCounts {
-        let subject = Subject::new(scene, self.times, self.window);
+    pub fn claims(&self, scene: &Scene, messages: &[Message]) -> ClaimCounts {
+        // Numbers may be read from a picture.
+        let is_text = !messages.is_empty() && messages.iter().all(|one| one.images.is_empty());
+        let told = messages.iter().map(|message| message.content.clone());
+        let found = self.tool_rounds.iter().flat_map(tool_rounds::lines);
+        let shown = is_text.then(|| told.chain(found).collect::<Vec<_>>().join("\n"));
+        let subject = Subject {
+            prompt: shown.as_deref(),
+            ..Subject::new(scene, self.times, self.window)
+        };
         count(&self.reasoning, &self.text, &subject)
     }
 

@@ -122,7 +122,7 @@ pub async fn run(
     asking.answer.note_unknown(&scene.scenario);
     let mut ending = asking.answer.ending();
     if asking.answer.arrived() {
-        ending.claims = asking.answer.claims(scene);
+        ending.claims = asking.answer.claims(scene, &question.messages());
     }
     let texts = (
         asking.answer.reasoning.as_str(),

@@ -217,6 +217,7 @@ mod tests {
                     step: None,
                     is_of_ego: false,
                     is_past: false,
+                    is_described: false,
                 },
                 step: 3,
                 truth: None,

@@ -118,7 +118,7 @@ impl CheckedClaim {
                 let unit = self.claim.quantity.unit();
                 format!("{from:.decimals$} to {to:.decimals$} {unit}")
             }
-            ClaimedValue::Count { number, of } => format!("{number} {of}"),
+            ClaimedValue::Count { number, of, .. } => format!("{number} {of}"),
             ClaimedValue::Place(x, y, decimals) => {
                 let decimals = usize::from(decimals);
                 format!("({x:.decimals$}, {y:.decimals$})")

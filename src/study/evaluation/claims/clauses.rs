@@ -284,7 +284,7 @@ fn pieces<'t>(
             "since" | "before" | "after" => after.is_some_and(|a| a.number.is_none()),
             "yet" => !before.is_some_and(|b| b.is("not")),
             "so" => !before.is_some_and(|b| b.is("or not")),
-            word => OPENERS.contains(&word),
+            word => OPENERS.contains(&word) || is_thought(tokens, references, (from, at)),
         };
         if opens && at > from {
             found.push((from..at, None));
@@ -295,6 +295,17 @@ fn pieces<'t>(
         found.push((from..tokens.len(), None));
     }
     found
+}
+
+/// Whether a participant is what someone thinks or sees something of: "I know 7 is braking".
+fn is_thought(tokens: &[Token], references: &[Reference], (from, at): (usize, usize)) -> bool {
+    const THINKS: &str = "know think believe guess infer conclude assume observe notice expect sure certain aware \
+        says show shows showing means confirm confirms";
+    let other = |r: &Reference| r.at.start == at && r.who != Named::Ego;
+    let before = (from..at)
+        .rev()
+        .find(|i| !tokens[*i].is("that the a an of"));
+    references.iter().any(other) && before.is_some_and(|i| tokens[i].is(THINKS))
 }
 
 /// Whom a clause is about, and which other obstacle it names.

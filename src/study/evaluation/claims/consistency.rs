@@ -1,5 +1,6 @@
 //! Sentences of a text that cannot both be true of the scene, whatever the scene is.
 
+use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 
 use super::{CheckedClaim, ClaimedValue, Predicate, Quantity};
@@ -7,18 +8,35 @@ use super::{CheckedClaim, ClaimedValue, Predicate, Quantity};
 /// The sentences that contradict another one, with the spans of those: of each sentence, by its place. The claims of two
 /// sentences contradict each other where they are of the same obstacle and time, and one excludes the other.
 pub fn contradictions(sentences: &[(Range<usize>, &[CheckedClaim])]) -> Vec<Vec<Range<usize>>> {
-    let mut found = vec![Vec::new(); sentences.len()];
-    for (i, (own, claims)) in sentences.iter().enumerate() {
-        for (j, (other, others)) in sentences.iter().enumerate().skip(i + 1) {
-            let excludes = |a: &&CheckedClaim| others.iter().any(|b| excludes(a, b));
-            if claims.iter().any(|a| excludes(&a)) {
-                found[i].push(other.clone());
-                found[j].push(own.clone());
+    let mut found: Vec<Vec<Range<usize>>> = vec![Vec::new(); sentences.len()];
+    // Each claim beside those of its obstacle and time: of long texts the last ones.
+    let mut before: HashMap<(i64, Option<i64>), VecDeque<(usize, &CheckedClaim)>> = HashMap::new();
+    for (place, (_, claims)) in sentences.iter().enumerate() {
+        for claim in *claims {
+            let own = before
+                .entry((claim.claim.obstacle, claim.claim.step))
+                .or_default();
+            for (other, earlier) in own.iter().filter(|(other, _)| *other != place) {
+                if excludes(earlier, claim) && found[place].last() != Some(&sentences[*other].0) {
+                    found[place].push(sentences[*other].0.clone());
+                    found[*other].push(sentences[place].0.clone());
+                }
+            }
+            own.push_back((place, claim));
+            if own.len() > LOOKED_BACK {
+                own.pop_front();
             }
         }
     }
+    for all in &mut found {
+        all.sort_by_key(|span| span.start);
+        all.dedup();
+    }
     found
 }
+
+/// Claims about one obstacle that the next one is held against.
+const LOOKED_BACK: usize = 200;
 
 /// Whether two claims cannot both hold.
 fn excludes(a: &CheckedClaim, b: &CheckedClaim) -> bool {

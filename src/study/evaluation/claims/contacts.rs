@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::clauses::{Clause, Mood, Who};
 use super::number::{Number, Unit};
 use super::places::{PLACES, Placed};
-use super::references::Named;
+use super::references::{Named, types_at};
 use super::speech::{Said, Speech};
 use super::verbs::{Act, VERBS};
 use super::{ClaimedValue, Counted, Predicate, Quantity};
@@ -152,11 +152,12 @@ impl Speech<'_> {
         if !{ others }.all(|r| r.who == Named::Ego) {
             return None;
         }
+        let types = types_at(self.tokens, who.clone());
         let said = |at: Range<usize>, of: Counted| {
             let from = self.tokens[who.start.min(at.start)].span.start;
             let to = self.tokens[at.end.max(who.end) - 1].span.end;
             let number = u8::try_from(number).unwrap_or(u8::MAX);
-            Some((from..to, ClaimedValue::Count { number, of }))
+            Some((from..to, ClaimedValue::Count { number, of, types }))
         };
         let denies = (clause.at.start..clause.at.end)
             .any(|i| self.is(i, "not never except only other else"));
@@ -173,6 +174,10 @@ impl Speech<'_> {
             return said(at..at + 1, Counted::Within(metres));
         }
         let acts = VERBS.all(self.tokens, clause.at.clone());
+        // One thing is counted, not two: "ahead in my lane".
+        if !acts.is_empty() && !PLACES.all(self.tokens, clause.at.clone()).is_empty() {
+            return None;
+        }
         let act = { acts.iter() }.find_map(|(act, at)| {
             let predicate = match act {
                 Act::Touches => Predicate::Touches,

@@ -1,6 +1,7 @@
 //! What is said of the ego itself, and of all around it.
 
 use nearmiss_scene::metrics::Encounter;
+use nearmiss_scene::scenario::ObstacleType;
 
 use super::check::{CheckedClaim, Judgement, bounded, fits};
 use super::truth::worded;
@@ -51,8 +52,8 @@ pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
                 Judgement::Wrong
             };
         }
-        ClaimedValue::Count { number, of } => {
-            let (least, most) = counted(of, subject, step);
+        ClaimedValue::Count { number, of, types } => {
+            let (least, most) = counted((of, types), subject, step);
             let number = usize::from(number);
             checked.truth = (least == most).then_some(least as f64);
             checked.is = if least == most {
@@ -97,8 +98,12 @@ pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
     }
 }
 
-/// Of how many something holds at a step, at least and at most.
-pub(super) fn counted(of: Counted, subject: &Subject<'_>, step: i64) -> (usize, usize) {
+/// Of how many something holds at a step, at least and at most; "cars" may mean all vehicles.
+fn counted(
+    (of, types): (Counted, Option<(ObstacleType, ObstacleType)>),
+    subject: &Subject<'_>,
+    step: i64,
+) -> (usize, usize) {
     let (mut least, mut most) = (0, 0);
     for who in subject.scene.participants() {
         let Some(encounter) = Encounter::at(subject.scene, &who, step) else {
@@ -110,8 +115,11 @@ pub(super) fn counted(of: Counted, subject: &Subject<'_>, step: i64) -> (usize, 
                 state(predicate, subject, &who, (&encounter, step), &[]).holds
             }
         };
-        least += usize::from(holds == Ok(true));
-        most += usize::from(holds != Ok(false));
+        let kind = who.obstacle.kind;
+        let is_of = types.is_none_or(|(one, other)| kind == one || kind == other);
+        let may_be = is_of || types.is_some_and(|(one, _)| one == ObstacleType::Car);
+        least += usize::from(holds == Ok(true) && is_of);
+        most += usize::from(holds != Ok(false) && may_be);
     }
     (least, most)
 }

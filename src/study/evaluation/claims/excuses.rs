@@ -37,6 +37,10 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
     if time && from_rounded(claim, subject, step) {
         return Some("follows from a rounded velocity");
     }
+    if claim.quantity == Quantity::Headway {
+        let is_behind = met(claim, subject, step).is_some_and(|(_, _, r)| r.gap_long < 0.0);
+        return is_behind.then_some("the time gap of one behind is its own");
+    }
     if of_its_own(claim, subject, step) {
         return Some("true for its own velocity, not the relative one");
     }
@@ -133,6 +137,7 @@ pub(super) fn of_its_own(claim: &Claim, subject: &Subject<'_>, step: i64) -> boo
         let own = match claim.quantity {
             Quantity::VelocityLong => velocity * turned.cos(),
             Quantity::VelocityLat => velocity * turned.sin(),
+            Quantity::ClosingSpeed => velocity,
             _ => return false,
         };
         [own, velocity]

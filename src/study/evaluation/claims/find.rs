@@ -33,8 +33,14 @@ pub struct MentionContext<'a> {
     pub now: Option<i64>,
 }
 
+/// Of a text so much is read, of a line and of a sentence so much, bytes: nobody writes longer ones, but servers send them.
+const LONGEST_TEXT: usize = 256 << 10;
+const LONGEST_LINE: usize = 32 << 10;
+pub const LONGEST_SENTENCE: usize = 4 << 10;
+
 /// The claims of a text.
 pub fn claims(text: &str, world: &MentionContext<'_>) -> Vec<Claim> {
+    let text = &text[..text.floor_char_boundary(LONGEST_TEXT)];
     let mut above = Above {
         only: only_one(text, world),
         ..Above::default()
@@ -42,13 +48,15 @@ pub fn claims(text: &str, world: &MentionContext<'_>) -> Vec<Claim> {
     let mut found = Vec::new();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
-        take(
-            line.trim_end_matches(['\n', '\r']),
-            start,
-            world,
-            &mut above,
-            &mut found,
-        );
+        if line.len() <= LONGEST_LINE {
+            take(
+                line.trim_end_matches(['\n', '\r']),
+                start,
+                world,
+                &mut above,
+                &mut found,
+            );
+        }
         start += line.len();
     }
     found
@@ -166,6 +174,10 @@ fn sentence(
     above: &mut Above,
     found: &mut Vec<Claim>,
 ) {
+    if text.len() > LONGEST_SENTENCE {
+        above.open = true;
+        return;
+    }
     let lower = lowered(text);
     let mut all = numbers(text);
     name_units(&lower, &mut all);

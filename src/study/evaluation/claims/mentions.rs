@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::find::{MentionContext, ends_with_word};
-use super::number::Number;
+use super::number::{Number, Unit};
 
 /// An obstacle that is named.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -149,7 +149,7 @@ pub fn mentions(lower: &str, all: &[Number], world: &MentionContext<'_>) -> Vec<
         let id = match (known, called) {
             (true, true) => Some(id),
             // A bare number with many digits that is an id can hardly be anything else.
-            (true, false) if id >= 100 => Some(id),
+            (true, false) if id >= 100 || is_subject(lower, number) => Some(id),
             (false, true) => None,
             _ => continue,
         };
@@ -160,6 +160,28 @@ pub fn mentions(lower: &str, all: &[Number], world: &MentionContext<'_>) -> Vec<
         }
     }
     found
+}
+
+/// Whether a bare number begins a clause as whom it is about: "39 approaches and 7 is behind".
+fn is_subject(lower: &str, number: &Number) -> bool {
+    const OPENS: [&str; 8] = [
+        "and", "while", "but", "whereas", "that", "because", "when", "if",
+    ];
+    const PLURALS: &str = "vehicles cars trucks obstacles seconds steps lanes metres meters agents objects participants \
+        pedestrians cyclists others times points units lanelets";
+    let before = lower[..number.span.start].trim_end_matches([' ', '*', '`', '"']);
+    let opens = before.is_empty()
+        || before.ends_with([',', ';'])
+        || OPENS.iter().any(|word| ends_with_word(before, word));
+    let after = lower[number.span.end..].trim_start_matches(['*', '`', '"']);
+    let next: String = { after.trim_start().chars() }
+        .take_while(|c| c.is_alphabetic())
+        .collect();
+    let is_verb =
+        next.len() > 1 && next.ends_with('s') && PLURALS.split(' ').all(|word| word != next);
+    opens
+        && number.unit == Unit::None
+        && (after.starts_with("'s") || after.starts_with(' ') && (is_verb || next == "will"))
 }
 
 /// Whether the words before a name only compare.

@@ -11,6 +11,7 @@ mod contacts;
 mod ego;
 mod excuses;
 mod find;
+mod guards;
 mod labelled;
 mod located;
 mod mentions;
@@ -37,13 +38,14 @@ use std::ops::Range;
 
 use nearmiss_scene::description::{has_relative_times, visible};
 use nearmiss_scene::metrics::RiskAspect;
-use nearmiss_scene::scenario::{Scene, Window};
+use nearmiss_scene::scenario::{ObstacleType, Scene, Window};
 use nearmiss_scene::verdict::{ReasonedAnswer, reasons_first};
 use nearmiss_store::ClaimCounts;
 
 pub use check::{CheckedClaim, ClaimBasis, Judgement, TOLERANCES, check};
 pub use labelled::{AgreementRow, agreement};
 pub use record::{ClaimRecord, SentenceRecord};
+use sentences::sentences_with;
 pub use sentences::{CheckedSentence, SentenceOutcome, sentences};
 pub use traces::{Trace, TraceError, TruthRow, sentences_of, truth_table, waypoints};
 
@@ -246,6 +248,8 @@ pub enum ClaimedValue {
         number: u8,
         /// What is said of each.
         of: Counted,
+        /// Of which two types; `None` of all.
+        types: Option<(ObstacleType, ObstacleType)>,
     },
     /// From one number to another one, with digits behind the point of both.
     Change {
@@ -467,6 +471,8 @@ pub struct Claim {
     pub is_of_ego: bool,
     /// Whether it is said of a time before: at any step up to the present.
     pub is_past: bool,
+    /// Whether only a description of whom is meant says it: "the lead car" is one that is ahead.
+    pub is_described: bool,
     /// Whether its own sentence names the obstacle, not only what it stands under.
     pub named: bool,
     /// The claimed quantity.
@@ -671,12 +677,21 @@ pub fn counted(claims: &[CheckedClaim]) -> (usize, usize, usize) {
 /// The claims of an answer, found, checked and counted.
 #[must_use]
 pub fn count(reasoning: &str, answer: &str, subject: &Subject<'_>) -> ClaimCounts {
-    let (right, wrong, open) = counted(&checked(&shown_text(reasoning, answer, false), subject));
+    let text = shown_text(reasoning, answer, false);
+    let claims = checked(&text, subject);
+    let (right, wrong, open) = counted(&claims);
+    let sentences = sentences_with(&text, claims, subject);
     let number = |n: usize| u32::try_from(n).ok();
+    let of = |is: fn(&CheckedSentence) -> bool| sentences.iter().filter(|one| is(one)).count();
+    let invented = sentences.iter().map(|one| one.invented.len()).sum();
     ClaimCounts {
         claims_right: number(right),
         claims_wrong: number(wrong),
         claims_open: number(open),
+        claims_invented: subject.prompt.and_then(|_| number(invented)),
+        sentences: number(sentences.len()),
+        sentences_not_understood: number(of(|one| one.outcome == SentenceOutcome::NotUnderstood)),
+        sentences_contradictory: number(of(|one| !one.contradicts.is_empty())),
         claims_check: Some(CHECK),
     }
 }

@@ -22,7 +22,11 @@ const STRAIGHT: f64 = 0.052;
 pub fn plans(tokens: &[Token], clause: &Clause) -> Vec<(std::ops::Range<usize>, Predicate, bool)> {
     let words = &tokens[clause.at.clone()];
     let says = |all: &str| words.iter().any(|t| t.is(all));
-    if clause.who != Who::Ego || says("if unless could might may would had was ?") {
+    let is_limited = says("if unless could might may would had was only need refuse nothing let ?")
+        || tokens
+            .get(clause.at.end)
+            .is_some_and(|t| t.is("if unless when once until"));
+    if clause.who != Who::Ego || is_limited {
         return Vec::new();
     }
     let is_denied = says("not no never without cannot avoid");

@@ -241,6 +241,13 @@ struct Description {
 }
 
 impl Cast<'_> {
+    /// What kind an obstacle is.
+    fn kind(&self, id: i64) -> Option<ObstacleType> {
+        let mut all = self.scene?.participants();
+        let who = all.find(|who| who.obstacle.id == id)?;
+        Some(who.obstacle.kind)
+    }
+
     /// The only participant that fits, or where several are ahead or behind in the ego's lane, the nearest of them.
     fn find(&self, asked: &Description) -> Option<i64> {
         let scene = self.scene?;
@@ -326,6 +333,15 @@ struct Reader<'a> {
     tokens: &'a [Token],
     ids: &'a [Mention],
     cast: Cast<'a>,
+}
+
+/// The two types that a noun at a place calls participants by; `None` of nouns for all of them.
+pub(super) fn types_at(tokens: &[Token], at: Range<usize>) -> Option<(ObstacleType, ObstacleType)> {
+    let nouns = NOUNS.all(tokens, at);
+    nouns.into_iter().find_map(|(noun, _)| match noun {
+        Noun::Of(one, other) => Some((one, other)),
+        _ => None,
+    })
 }
 
 impl<'a> Reader<'a> {
@@ -474,7 +490,16 @@ impl<'a> Reader<'a> {
             .take_while(|i| *i == end || self.is(i - 1, "id ( number no : ids"))
             .find_map(|i| Some((i, self.id(i)?)));
         if let Some((place, mention)) = id_at {
-            let who = mention.id.map_or(Named::Other, Named::Obstacle);
+            let is_other = |id: i64| {
+                let kind = self.cast.kind(id);
+                matches!(noun, Noun::Of(one, other) if one != ObstacleType::Car
+                    && kind.is_some_and(|kind| kind != one && kind != other))
+            };
+            let who = match mention.id {
+                // "The bicycle 7" that is a truck.
+                Some(id) if !is_other(id) => Named::Obstacle(id),
+                _ => Named::Other,
+            };
             let mut one = reference(who, place + 1, says)?;
             one.is_compared = mention.compared;
             return Some(one);

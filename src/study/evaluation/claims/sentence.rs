@@ -1,6 +1,7 @@
 //! The claims of one sentence about one obstacle.
 
 use super::clauses::{Clause, Mood, Who};
+use super::guards::Guarded;
 use super::number::{Number, Unit};
 use super::phrases;
 use super::plans;
@@ -161,9 +162,38 @@ impl Sentence<'_> {
         if self.is_contradictory() {
             found.retain(|claim| claim.quantity != Quantity::Motion);
         }
+        let guarded = Guarded {
+            tokens: self.tokens,
+            references: self.references,
+            clauses: self.clauses,
+            numbers: self.numbers,
+            lower: self.lower,
+            start: self.start,
+        };
+        guarded.keep(&mut found);
+        self.leave_to_plans(&mut found);
         found.sort_by_key(|claim| claim.span.start);
         found.dedup_by(|a, b| a == b);
         found
+    }
+
+    /// What the ego is said to do is held against the trajectory, not against the recording.
+    fn leave_to_plans(&self, claims: &mut Vec<Claim>) {
+        let of = |claim: &Claim| {
+            self.clause(claim.span.start - self.start)
+                .map(|c| c.at.clone())
+        };
+        let planned: Vec<_> = { claims.iter() }
+            .filter(|claim| claim.quantity == Quantity::Plan)
+            .map(of)
+            .collect();
+        claims.retain(|claim| {
+            let is_motion = matches!(
+                claim.quantity,
+                Quantity::Motion | Quantity::Speed | Quantity::Way
+            );
+            !(claim.is_of_ego && is_motion && planned.contains(&of(claim)))
+        });
     }
 
     /// What the ego is said to do next.
@@ -180,6 +210,15 @@ impl Sentence<'_> {
             }
         }
         found
+    }
+
+    /// Whether a description says what stands at these bytes: "the lead car".
+    fn is_described(&self, span: &std::ops::Range<usize>) -> bool {
+        let says = self.references.iter().flat_map(|r| &r.says);
+        says.map(|(_, at)| at).any(|at| {
+            let (first, last) = (&self.tokens[at.start], &self.tokens[at.end - 1]);
+            first.span.start <= span.start && span.end <= last.span.end
+        })
     }
 
     /// The clause that a byte stands in.
@@ -272,6 +311,7 @@ impl Sentence<'_> {
             is_of_ego: obstacle == self.ego,
             is_past,
             named: self.references.iter().any(named),
+            is_described: self.is_described(&span),
             quantity,
             stated,
             step: self.step,

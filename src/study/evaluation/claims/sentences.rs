@@ -82,6 +82,13 @@ const MOVING: &[&str] = &[
     "touch",
     "overlap",
     "lane",
+    "overtak",
+    "revers",
+    "backward",
+    "merg",
+    "follow",
+    "tailgat",
+    "swerv",
     "faster",
     "closer",
     "farther",
@@ -121,7 +128,15 @@ const PLACED: &[&str] = &[
 /// number with a unit, or a clause that speaks of motion, place, lane, contact or risk.
 #[must_use]
 pub fn sentences(text: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
-    let mut claims = checked(text, subject);
+    sentences_with(text, checked(text, subject), subject)
+}
+
+/// The same with the claims of the text.
+pub(super) fn sentences_with(
+    text: &str,
+    mut claims: Vec<CheckedClaim>,
+    subject: &Subject<'_>,
+) -> Vec<CheckedSentence> {
     claims.sort_by_key(|checked| checked.claim.span.start);
     let mut found = Vec::new();
     let told = subject.prompt.map(|prompt| {
@@ -134,13 +149,25 @@ pub fn sentences(text: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
             .filter(|c| (begin..end).contains(&c.claim.span.start))
             .cloned()
             .collect();
+        if end - begin > find::LONGEST_SENTENCE {
+            found.push(CheckedSentence {
+                span,
+                outcome: SentenceOutcome::NotUnderstood,
+                claims: own,
+                contradicts: Vec::new(),
+                invented: Vec::new(),
+            });
+            continue;
+        }
         let lower = text[begin..end].to_lowercase();
         let same_places = lower.len() == end - begin;
         let is_label = lower.trim_end_matches(['*', ' ']).ends_with(':') || lower.starts_with('#');
         if own.is_empty() && (is_data || is_label || !states(&lower)) {
             continue;
         }
-        let rest = !same_places || is_left_over(&lower, begin, &own);
+        let rest = !same_places
+            || own.iter().all(|one| one.claim.is_described)
+            || is_left_over(&lower, begin, &own);
         let has = |is: fn(&Judgement) -> bool| own.iter().any(|c| is(&c.judgement));
         let outcome = if has(|j| *j == Judgement::Wrong) {
             SentenceOutcome::Wrong
@@ -164,13 +191,57 @@ pub fn sentences(text: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
         });
     }
     let all: Vec<(Range<usize>, &[CheckedClaim])> = { found.iter() }
-        .map(|one| (one.span.clone(), one.claims.as_slice()))
+        .map(|one| {
+            let is_apart = is_of_another_time(&text[one.span.clone()]);
+            let claims = if is_apart { &[] } else { one.claims.as_slice() };
+            (one.span.clone(), claims)
+        })
         .collect();
     let against = contradictions(&all);
     for (one, against) in found.iter_mut().zip(against) {
         one.contradicts = against;
     }
     found
+}
+
+/// Whether a sentence may be of another time or case than those around it, so that it contradicts none.
+fn is_of_another_time(text: &str) -> bool {
+    const WORDS: [&str; 22] = [
+        "then",
+        "later",
+        "after",
+        "until",
+        "first",
+        "next",
+        "soon",
+        "finally",
+        "before",
+        "version",
+        "case",
+        "scenario",
+        "centres",
+        "centers",
+        "centre",
+        "center",
+        "in",
+        "now",
+        "eventually",
+        "initially",
+        "earlier",
+        "once",
+    ];
+    let lower = text.to_lowercase();
+    WORDS.iter().any(|word| match *word {
+        // "In 0.3 s".
+        "in" => {
+            lower.trim_start_matches([' ', '-', '*']).starts_with("in ")
+                && lower
+                    .split_whitespace()
+                    .nth(1)
+                    .is_some_and(|next| next.starts_with(|c: char| c.is_ascii_digit()))
+        }
+        word => has_word(&lower, word),
+    })
 }
 
 /// Whether a number of a claim that does not hold is none of those that were told, as they were printed or rounded.

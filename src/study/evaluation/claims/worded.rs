@@ -337,22 +337,27 @@ pub fn own_motion<'m>(
         }
         Predicate::ChangesLane => {
             let network = &scene.scenario.network;
-            let back = (3.0 / dt).round() as i64;
-            let lanes: Vec<Vec<i64>> = (0..=back)
-                .rev()
-                .filter_map(history)
-                .map(|motion| network.lanelets_driven(&motion.pose))
-                .filter(|ids| !ids.is_empty())
-                .collect();
-            let changed = lanes.windows(2).any(|two| {
-                let relations = network.lane_relations(&two[0]);
-                two[1].iter().all(|id| {
-                    !matches!(
-                        relations.relation_to(*id),
-                        LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind
-                    )
+            let span = (3.0 / dt).round() as i64;
+            let driven = |back: &mut dyn Iterator<Item = i64>| -> Vec<Vec<i64>> {
+                back.filter_map(history)
+                    .map(|motion| network.lanelets_driven(&motion.pose))
+                    .filter(|ids| !ids.is_empty())
+                    .collect()
+            };
+            let changes = |lanes: &[Vec<i64>]| {
+                lanes.windows(2).any(|two| {
+                    let relations = network.lane_relations(&two[0]);
+                    two[1].iter().all(|id| {
+                        !matches!(
+                            relations.relation_to(*id),
+                            LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind
+                        )
+                    })
                 })
-            });
+            };
+            let lanes = driven(&mut (0..=span).rev());
+            let changed = changes(&lanes);
+            let will = changes(&driven(&mut (-span..=0).rev()));
             Known {
                 holds: match (changed, lanes.len()) {
                     (true, _) => Ok(true),
@@ -363,7 +368,7 @@ pub fn own_motion<'m>(
                                 let moved = was.pose.to_local(&now.pose.position);
                                 moved.y.abs() > 0.3 * dt
                             });
-                        if drift {
+                        if drift || will {
                             Err("it may be on its way")
                         } else {
                             Ok(false)

@@ -449,6 +449,21 @@ pub struct ClaimTally {
     #[serde(rename = "claims_open")]
     #[schemars(title = "Open", extend("table" = "claims"))]
     pub open: Option<u32>,
+    /// Wrong numbers that the question does not have; null where no answer has a question of text alone.
+    #[serde(rename = "claims_invented")]
+    #[schemars(title = "Invented", extend("table" = "claims"))]
+    pub invented: Option<u32>,
+    /// Sentences that say something of the scene; null if none was checked.
+    #[schemars(title = "Sentences", extend("table" = "claims"))]
+    pub sentences: Option<u32>,
+    /// Of them those that contradict another one.
+    #[serde(rename = "sentences_contradictory")]
+    #[schemars(title = "Contradictory", extend("table" = "claims"))]
+    pub contradictory: Option<u32>,
+    /// The share of sentences that were not understood.
+    #[serde(rename = "sentences_not_understood_share")]
+    #[schemars(title = "Not understood", extend("table" = "claims", "decimals" = 2))]
+    pub not_understood_share: Option<f64>,
     /// Right, wrong and open claims of an answer, on average.
     #[serde(rename = "claims_per_answer")]
     #[schemars(title = "Claims an answer", extend("table" = "claims", "decimals" = 1))]
@@ -468,6 +483,8 @@ impl ClaimTally {
         let mut units: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
         let (mut answers, mut unchecked) = (0, 0);
         let mut sums = [0_u32; 3];
+        let mut invented = None;
+        let mut sentences = [0_u32; 3];
         for one in scored {
             if !matches!(
                 one.status,
@@ -481,6 +498,11 @@ impl ClaimTally {
             };
             answers += 1;
             sums.iter_mut().zip(counts).for_each(|(sum, n)| *sum += n);
+            if let Some(more) = one.claims.claims_invented {
+                *invented.get_or_insert(0) += more;
+            }
+            let said = one.claims.known_sentences().unwrap_or_default();
+            { sentences.iter_mut().zip(said) }.for_each(|(sum, n)| *sum += n);
             let [right, wrong, _] = counts;
             let (of_wrong, decided) = units.entry(one.unit()).or_default();
             *of_wrong += wrong;
@@ -491,12 +513,18 @@ impl ClaimTally {
         let many = u32::try_from(counts.len()).unwrap_or(u32::MAX);
         let share = |part: u32, of: u32| (of > 0).then(|| f64::from(part) / f64::from(of));
         let [right, wrong, open] = sums.map(|sum| (answers > 0).then_some(sum));
+        let [said, not_understood, contradictory] = sentences;
+        let known = |sum: u32| (said > 0).then_some(sum);
         Self {
             answers,
             unchecked,
             right,
             wrong,
             open,
+            invented,
+            sentences: known(said),
+            contradictory: known(contradictory),
+            not_understood_share: share(not_understood, said),
             per_answer: share(sums.iter().sum(), answers),
             wrong_share: share(sums[1], sums[0] + sums[1]),
             interval: if_enough(ratio_interval(&counts), many),
@@ -601,6 +629,10 @@ mod tests {
                 claims_wrong: Some(wrong),
                 claims_open: Some(open),
                 claims_check: Some(1),
+                claims_invented: Some(1),
+                sentences: Some(4),
+                sentences_not_understood: Some(1),
+                sentences_contradictory: Some(2),
             };
         }
         scored
@@ -621,6 +653,9 @@ mod tests {
             (Some(6), Some(2), Some(1))
         );
         assert_eq!(tally.wrong_share, Some(0.25));
+        assert_eq!((tally.invented, tally.sentences), (Some(2), Some(8)));
+        assert_eq!(tally.contradictory, Some(4));
+        assert_eq!(tally.not_understood_share, Some(0.25));
         assert_eq!(tally.per_answer, Some(4.5));
         assert_eq!(tally.interval, None, "one scenario has no interval");
         let none = ClaimTally::count(&[&all[2]]);

@@ -14,7 +14,7 @@ use strum::{IntoStaticStr, VariantArray};
 
 use super::super::statistics::{
     AllRight, AnswerAgreement, Interval, McNemar, PairedTest, ShareIntervals, holm, if_enough,
-    majority, scenario_interval, share_interval, share_intervals,
+    majority, mean_interval, scenario_interval, share_interval, share_intervals,
 };
 use super::super::{Confusion, PromptConfig, Scored};
 use super::cell::count;
@@ -200,11 +200,60 @@ pub struct Pair {
     /// The same of majorities: without ties.
     #[serde(flatten)]
     pub mcnemar: McNemar,
+    /// By how much the first states more that is wrong.
+    #[serde(flatten)]
+    pub claims: ClaimDifference,
 }
 
 impl Record for Pair {
     const NAME: &'static str = "pair";
     const TITLE: &'static str = "Two prompt configurations on the same scenarios";
+}
+
+/// How two ways differ in their wrong claims, on the same units.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+pub struct ClaimDifference {
+    /// Units in which both made claims that are right or wrong.
+    #[serde(rename = "claims_n")]
+    pub n: u32,
+    /// The share of wrong claims of the first minus that of the second, on average over the units; null of none.
+    #[serde(rename = "claims_wrong_difference")]
+    #[schemars(title = "Wrong claims", extend("decimals" = 2))]
+    pub difference: Option<f64>,
+    /// Its bootstrap interval of 95 %, over units; null of few.
+    #[serde(rename = "claims_wrong_difference_ci")]
+    pub interval: Option<Interval>,
+}
+
+impl ClaimDifference {
+    fn of([a, b]: [&Claims<'_>; 2]) -> Self {
+        let share = |(wrong, decided): Counts| f64::from(wrong) / f64::from(decided);
+        let both = a.iter().filter_map(|(unit, a)| Some((*a, *b.get(unit)?)));
+        let differences: Vec<f64> = both.map(|(a, b)| share(a) - share(b)).collect();
+        let n = count(differences.len());
+        Self {
+            n,
+            difference: (n > 0).then(|| differences.iter().sum::<f64>() / f64::from(n)),
+            interval: if_enough(mean_interval(&differences), n),
+        }
+    }
+}
+
+/// The wrong claims of each unit, and those that are right or wrong; units without any are left out.
+type Claims<'a> = BTreeMap<&'a str, Counts>;
+
+fn claims<'a>(scored: &[&'a Scored]) -> Claims<'a> {
+    let mut found = Claims::new();
+    for one in scored {
+        if let Some([right, wrong, _]) = one.claims.known()
+            && right + wrong > 0
+        {
+            let (of_wrong, decided) = found.entry(one.unit()).or_default();
+            *of_wrong += wrong;
+            *decided += right + wrong;
+        }
+    }
+    found
 }
 
 /// How often a way is right about each scenario of each unit, and how often not: see [`Scored::is_right`].
@@ -215,9 +264,9 @@ pub(super) fn compare_pairs(
     configurations: &[(&PromptConfig, Vec<&Scored>)],
     comparison: &Comparison,
 ) -> Vec<Pair> {
-    let right: Vec<Right<'_>> = configurations
+    let told: Vec<(Right<'_>, Claims<'_>)> = configurations
         .par_iter()
-        .map(|(_, scored)| right(scored))
+        .map(|(_, scored)| (right(scored), claims(scored)))
         .collect();
     let mut wanted = Vec::new();
     for (i, (first, _)) in configurations.iter().enumerate() {
@@ -232,7 +281,8 @@ pub(super) fn compare_pairs(
         pair(
             [configurations[i].0, configurations[j].0],
             &compared,
-            [&right[i], &right[j]],
+            [&told[i].0, &told[j].0],
+            ClaimDifference::of([&told[i].1, &told[j].1]),
         )
     });
     let mut pairs: Vec<Pair> = pairs.collect();
@@ -290,6 +340,7 @@ fn pair(
     [first, second]: [&PromptConfig; 2],
     compared: &Compared,
     [a, b]: [&Right<'_>; 2],
+    claims: ClaimDifference,
 ) -> Option<Pair> {
     let units = { a.iter() }.filter_map(|(unit, a)| Some((a, b.get(unit)?)));
     let both: Vec<_> = units.filter_map(|(a, b)| common(a, b)).collect();
@@ -311,6 +362,7 @@ fn pair(
         test: PairedTest::of_differences(&differences)?.if_enough(count(pairs.len())),
         mcnemar: McNemar::from_discordant(only((true, false)), only((false, true))),
         corrected: 1.0,
+        claims,
     })
 }
 

@@ -473,10 +473,11 @@ pub(super) fn samples() -> String {
 
 pub(super) fn claims(unit: Cluster) -> String {
     format!(
-        "Claims are sentences of whole answers that give one obstacle a distance, time, velocity, acceleration, place or \
-         contact; found and checked against the geometry as `nearmiss help answers` says. Open: it depends on what is meant. \
-         Wrong share: the wrong ones of those that are right or wrong, with the bootstrap over {unit}s. Not checked: the \
-         scenario of the answer was not at hand."
+        "Claims of whole answers about an obstacle or the ego are found and checked against the geometry as `nearmiss help \
+         answers` says. Open: it depends on what is meant. Invented: wrong numbers that the question does not have. Sentences \
+         are those that say something of the scene; contradictory: they contradict another one; not understood: their share, \
+         neither right nor wrong. Wrong share: the wrong claims of those that are right or wrong, with the bootstrap over \
+         {unit}s. Not checked: the scenario of the answer was not at hand."
     )
 }
 
