@@ -53,6 +53,8 @@ fn its_runs_are_listed_shown_and_exported() {
 #[test]
 fn its_tables_are_those_of_a_new_store() {
     let home = home("http://127.0.0.1:9/v1");
+    // It is brought to the newest version when it is opened.
+    home.run(&["runs", "list"]).status(0);
     let new = super::batches::home("http://127.0.0.1:9/v1");
     new.run(&["ask", CUT_IN, "--model", "reference/geometry"])
         .status(0);

@@ -281,7 +281,10 @@ fn pieces<'t>(
                 after.is_some_and(|a| a.is("it the he she they we i"))
                     && !before.is_some_and(|b| b.is("as same well such near close"))
             }
-            "since" | "before" | "after" => after.is_some_and(|a| a.number.is_none()),
+            "since" | "before" | "after" => {
+                after.is_some_and(|a| a.number.is_none())
+                    || references.iter().any(|r| r.at.start == at + 1)
+            }
             "yet" => !before.is_some_and(|b| b.is("not")),
             "so" => !before.is_some_and(|b| b.is("or not")),
             word => OPENERS.contains(&word) || is_thought(tokens, references, (from, at)),

@@ -10,7 +10,7 @@ use super::{CheckedClaim, ClaimedValue, Predicate, Quantity};
 pub fn contradictions(sentences: &[(Range<usize>, &[CheckedClaim])]) -> Vec<Vec<Range<usize>>> {
     let mut found: Vec<Vec<Range<usize>>> = vec![Vec::new(); sentences.len()];
     // Each claim beside those of its obstacle and time: of long texts the last ones.
-    let mut before: HashMap<(i64, Option<i64>), VecDeque<(usize, &CheckedClaim)>> = HashMap::new();
+    let mut before: HashMap<(i64, Option<i64>), Earlier<'_>> = HashMap::new();
     for (place, (_, claims)) in sentences.iter().enumerate() {
         for claim in *claims {
             let own = before
@@ -34,6 +34,9 @@ pub fn contradictions(sentences: &[(Range<usize>, &[CheckedClaim])]) -> Vec<Vec<
     }
     found
 }
+
+/// Claims with the places of their sentences.
+type Earlier<'a> = VecDeque<(usize, &'a CheckedClaim)>;
 
 /// Claims about one obstacle that the next one is held against.
 const LOOKED_BACK: usize = 200;

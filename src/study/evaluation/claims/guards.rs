@@ -52,7 +52,7 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
             "=safe|=desired|=required|=recommended|=legal distance|gap|speed|headway|ttc|limit",
             Numbers,
         ),
-        ("=throughout", Clause),
+        ("=throughout", Sentence),
         ("since beginning|start", Clause),
         ("always been|had", Clause),
         ("=grew|=doubled|=halved|=tripled", Clause),
@@ -73,7 +73,6 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
         ("=tailgate|=tailgating|=reversing|=speeding", Clause),
         // Where it is hit.
         ("from behind|=front|=rear|=left|=right|=side", Contacts),
-        ("head on", Contacts),
         (
             "=my|=our|=its =front|=rear|=left|=right|=side|=bumper",
             Contacts,
@@ -188,6 +187,14 @@ impl Guarded<'_> {
         let is_bare = !self.names(at)
             && self.number(at).is_some_and(|n| n.unit == Unit::None)
             && self.is(at + 1, "from at in on behind ahead left right");
+        // "7 and 999 are behind", where nobody is 999.
+        let is_unknown = is_unknown || { clause.at.clone() }.any(|i| {
+            self.is(i, "and")
+                && self.references.iter().any(|r| r.at.end == i)
+                && !self.names(i + 1)
+                && self.number(i + 1).is_some_and(|n| n.unit == Unit::None)
+                && self.is(i + 2, "is are drive move approach brake")
+        });
         // "A second ago", "over the last 0.3 s", "0.3 s longer than".
         let near = |i: usize| self.number(i).is_some_and(|n| n.unit == Unit::Second);
         let ago = { clause.at.clone() }

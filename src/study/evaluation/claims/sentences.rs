@@ -8,7 +8,7 @@ use strum::{IntoStaticStr, VariantArray};
 
 use super::consistency::contradictions;
 use super::number::{Number, Unit, numbers};
-use super::tokens::{has_word, is_foreign};
+use super::tokens::{find_word, has_word, is_foreign};
 use super::{CheckedClaim, ClaimedValue, Judgement, Quantity, Subject, checked, find};
 
 /// What a sentence comes to.
@@ -330,6 +330,10 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
     let number = numbers.iter().any(|number| {
         number.unit != Unit::None && !is_time(lower, number) && !covers(&number.span)
     });
+    let unread = ["ft", "feet", "hundred", "thousand", "mm", "ms"];
+    let unread = unread
+        .iter()
+        .any(|word| find_word(lower, word).is_some_and(|at| !covers(&(at..at + word.len()))));
     // A clause with a claim is understood, but for what moves or touches beside it.
     let cells = lower.match_indices('|').map(|(at, _)| at + 1);
     let cells: Vec<usize> = std::iter::once(0).chain(cells).collect();
@@ -351,7 +355,7 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
                 && !is_of_number(clause, at, word)
         }) && !is_comment(clause, has_claim)
     });
-    number || clause
+    number || unread || clause
 }
 
 /// The clauses of a sentence with the places where they begin.

@@ -3,6 +3,7 @@
 
 mod forms;
 mod random;
+mod unread;
 mod words;
 
 use nearmiss_formats::bundled;
