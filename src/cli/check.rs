@@ -115,7 +115,13 @@ fn one(arguments: &Check, (scenario, file): (&Path, &Path)) -> Outcome {
             let rows: Vec<[f64; 3]> = serde_json::from_str(&text(file)?).map_err(|error| {
                 Failure::input(format!("{}: no [[t, x, y], …]: {error}", file.display()))
             })?;
-            waypoints(&rows)
+            let way = waypoints(&rows)
+                .map_err(|why| Failure::input(format!("{}: {why}", file.display())))?;
+            if way.is_empty() {
+                let none = format!("{}: a trajectory without points", file.display());
+                return Err(Failure::input(none));
+            }
+            way
         }
         None => Vec::new(),
     };
@@ -215,8 +221,8 @@ fn traces(file: &Path, is_json: bool) -> Outcome {
         scenes.insert(key, open().map_err(|why| at(*line, &why.message))?);
     }
     let ways: Vec<Vec<Waypoint>> = { all.iter() }
-        .map(|(_, trace)| waypoints(&trace.trajectory))
-        .collect();
+        .map(|(line, trace)| waypoints(&trace.trajectory).map_err(|why| at(*line, &why)))
+        .collect::<Result<_, _>>()?;
     let mut texts: Vec<(Subject<'_>, &str)> = Vec::new();
     for ((line, trace), way) in all.iter().zip(&ways) {
         let scene = &scenes[&(trace.scenario.clone(), trace.ego.clone())];
@@ -332,6 +338,10 @@ fn text(path: &Path) -> Result<String, Failure> {
 
 /// Each sentence with its claims, and the counts.
 fn words(text: &str, found: &[CheckedSentence], scene: &Scene) -> String {
+    let name = output::visible(&scene.scenario.header.benchmark_id);
+    if found.is_empty() {
+        return format!("no sentence says anything of {name}\n");
+    }
     let mut lines = String::new();
     for sentence in found {
         let shown = output::visible(text.get(sentence.span.clone()).unwrap_or_default());
@@ -353,10 +363,5 @@ fn words(text: &str, found: &[CheckedSentence], scene: &Scene) -> String {
             lines += &format!("  ! contradicts: {other}\n");
         }
     }
-    lines
-        + &format!(
-            "{} about {}\n",
-            tally(found),
-            output::visible(&scene.scenario.header.benchmark_id)
-        )
+    lines + &format!("{} about {name}\n", tally(found))
 }

@@ -19,7 +19,7 @@ use nearmiss_workflow::{
     AskDocument, AskRequest, Models, QuestionRequest, Server, ask as ask_model,
     configured_experiment, described, question,
 };
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
@@ -350,7 +350,8 @@ pub fn check<'py>(
     prompt: Option<String>,
     trajectory: Option<Vec<[f64; 3]>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let way = waypoints(&trajectory.unwrap_or_default());
+    let way = waypoints(&trajectory.unwrap_or_default())
+        .map_err(|why| PyValueError::new_err(why.to_string()))?;
     let (steps, times) = match window {
         None => (None, TimeOrigin::default()),
         Some(given) => match (given.cast::<Window>(), given.extract()) {

@@ -50,6 +50,13 @@ fn sentences_are_held_against_the_scene() {
         (claim["actual"].as_f64().unwrap() - distance).abs() < 1e-3,
         "{claim}"
     );
+    home.write("empty.txt", "We wait.\n");
+    let told = home.run(&["check", CUT_IN, "--text", "empty.txt"]);
+    assert!(
+        told.status(0)
+            .stdout
+            .contains("no sentence says anything of")
+    );
     home.run(&["check", CUT_IN, "--text", "nothing.txt"])
         .status(2)
         .says(&["nothing.txt"]);
@@ -143,10 +150,17 @@ fn plans_are_held_against_the_trajectory_and_numbers_against_the_prompt() {
     assert_eq!(outcome(&["--trajectory", "standing.json"]), ["wrong"]);
     home.write("said.txt", "I will stop.");
     assert_eq!(outcome(&["--trajectory", "driving.json"]), ["wrong"]);
-    home.write("broken.json", "[[0.5, 0]]");
-    home.run(&[&run[..], &["--trajectory", "broken.json"]].concat())
-        .status(2)
-        .says(&["broken.json", "[[t, x, y]"]);
+    for (broken, why) in [
+        ("[[0.5, 0]]", "[[t, x, y]"),
+        ("[]", "without points"),
+        ("[[0, 0, 0]]", "one point"),
+        ("[[1, 0, 0], [0.5, 1, 0]]", "point 2"),
+    ] {
+        home.write("broken.json", broken);
+        home.run(&[&run[..], &["--trajectory", "broken.json"]].concat())
+            .status(2)
+            .says(&["broken.json", why]);
+    }
     home.write("said.txt", "The distance to obstacle 301 is 987 m.");
     home.write("prompt.txt", "Obstacle 301 has a distance of 12 m.");
     let told = home.run(&[&run[..], &["--prompt", "prompt.txt"]].concat());

@@ -49,11 +49,17 @@ pub struct Trace {
 #[derive(Debug, thiserror::Error)]
 pub enum TraceError {
     /// It is no line of JSON, or not of this form.
-    #[error("{0}")]
+    #[error("{}", .0.to_string().replace(" at line 1 column ", ", column "))]
     Json(#[from] serde_json::Error),
     /// It says when in two ways.
     #[error("it has time and step: leave one out")]
     Twice,
+    /// A trajectory of one point.
+    #[error("the trajectory has one point: two are needed")]
+    OnePoint,
+    /// A point of a trajectory is not later than the one before it.
+    #[error("point {0} of the trajectory is not later than the one before it")]
+    Backwards(usize),
 }
 
 impl Trace {
@@ -70,16 +76,25 @@ impl Trace {
     }
 }
 
-/// The points of a trajectory, `[t, x, y]` each.
-#[must_use]
-pub fn waypoints(rows: &[[f64; 3]]) -> Vec<Waypoint> {
-    { rows.iter() }
+/// The points of a trajectory, `[t, x, y]` each: seconds and metres; none where there are no rows.
+///
+/// # Errors
+/// There is only one, or their times do not increase.
+pub fn waypoints(rows: &[[f64; 3]]) -> Result<Vec<Waypoint>, TraceError> {
+    if rows.len() == 1 {
+        return Err(TraceError::OnePoint);
+    }
+    if let Some(place) = rows.windows(2).position(|two| two[1][0] <= two[0][0]) {
+        return Err(TraceError::Backwards(place + 2));
+    }
+    let all = { rows.iter() }
         .map(|[time, x, y]| Waypoint {
             time: *time,
             x: *x,
             y: *y,
         })
-        .collect()
+        .collect();
+    Ok(all)
 }
 
 /// The sentences of many texts, each with what it is about.
