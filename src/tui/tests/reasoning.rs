@@ -260,7 +260,7 @@ fn a_claim_in_folded_json_unfolds_it() {
     let lines = pane(&bench);
     assert!(place(&lines, "4 lines, 1 claim").is_some(), "{lines:#?}");
     // The first claim is in the text, and its sign stands behind what markup leaves of it.
-    assert!(place(&lines, "9 m?").is_some(), "{lines:#?}");
+    assert!(place(&lines, "9 m≠").is_some(), "{lines:#?}");
     bench.press(")");
     assert!(place(&pane(&bench), "▸ verdict JSON").is_some());
     bench.press(")");
