@@ -206,13 +206,9 @@ impl Guarded<'_> {
             .clone()
             .any(|i| self.is(i, "longer shorter") && i > 0 && self.number(i - 1).is_some());
         // "Not 20 m behind".
-        let denied = is_number && { clause.at.clone() }.any(|i| {
-            self.is(i, "not") && self.number(i + 1).is_some_and(|n| n.unit == Unit::Metre)
-        });
-        let denied = denied
-            || claim.quantity == Quantity::Side && { clause.at.clone() }.any(|i| {
-                self.is(i, "not") && self.number(i + 1).is_some_and(|n| n.unit == Unit::Metre)
-            });
+        let is_metres = |i: usize| self.number(i).is_some_and(|n| n.unit == Unit::Metre);
+        let denied = (is_number || claim.quantity == Quantity::Side) && { clause.at.clone() }
+            .any(|i| self.is(i, "not") && is_metres(i + 1));
         // "A lane change to the left is not safe".
         let is_noun = |i: usize| {
             self.is(i, "lane")

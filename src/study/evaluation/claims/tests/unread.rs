@@ -12,6 +12,9 @@ fn outcomes(text: &str) -> Vec<SentenceOutcome> {
 
 #[test]
 fn what_changes_a_sentence_is_not_read_over() {
+    // Without such words they are read.
+    assert_eq!(outcomes("301 is ahead of me."), [SentenceOutcome::Right]);
+    assert_eq!(outcomes("301 is behind me."), [SentenceOutcome::Wrong]);
     for text in [
         "Only 301 is ahead of me.",
         "301 is the only vehicle ahead of me.",
