@@ -8,21 +8,29 @@ use std::sync::Arc;
 use nearmiss_base::system;
 use nearmiss_record::CaptionedTable;
 use nearmiss_scene::scenario::{Scene, Window};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::Judge;
 use nearmiss_study::evaluation::claims::{
     CheckedSentence, Judgement, SentenceOutcome, SentenceRecord, Subject, TimeOrigin, Trace,
     Waypoint, agreement, sentences, sentences_of, truth_table, waypoints,
 };
+use nearmiss_workflow::batch::at_once;
 use nearmiss_workflow::span::Span;
+use nearmiss_workflow::{ReadText, SecondReader};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::open::{EgoChoice, entry, scene_and_doubts, thresholds_in_use};
+use super::evaluate::runtime;
+use super::open::{EgoChoice, configuration, entry, scene_and_doubts, thresholds_in_use};
 use super::output::{self, FormatOption};
 use super::span::{AT, At, history};
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, ask, ending};
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "\
+`nearmiss help answers`: what is found, tolerances, how often the rules are right.\n\
+Exit status: 0 the sentences were checked, whatever they come to; 1 a model did not answer; 2 an error of input.")]
 pub struct Check {
     /// A scenario file, the name of a bundled scenario, or FILE.jsonl with texts about scenarios, one a line.
     #[arg(required_unless_present = "labelled")]
@@ -47,6 +55,15 @@ pub struct Check {
     /// What the model was shown: numbers that it does not have are called invented.
     #[arg(long, value_name = "FILE")]
     prompt: Option<PathBuf>,
+    /// Model that puts sentences which the rules do not understand into claims, as provider/model; the geometry decides.
+    #[arg(long)]
+    model: Option<String>,
+    /// Maximum cost of its answers in US dollars [default: `budget` in config.toml, else none].
+    #[arg(long, value_name = "USD", requires = "model", allow_negative_numbers = true, value_parser = ask::budget)]
+    budget: Option<f64>,
+    /// Say how much would be asked and what it costs at most; nothing is sent.
+    #[arg(long, requires = "model")]
+    dry_run: bool,
     /// Print how far the rules agree with people on built-in sentences.
     #[arg(long, conflicts_with_all = ["scenario", "text"])]
     labelled: bool,
@@ -83,7 +100,7 @@ pub fn run(arguments: &Check) -> Outcome {
     match &arguments.text {
         None if is_traces => {
             arguments.refuse_what_lines_say()?;
-            traces(scenario, is_json)
+            traces(arguments, scenario)
         }
         None => Err(Failure::input(
             "say the text with --text FILE, or name a FILE.jsonl of texts",
@@ -134,12 +151,84 @@ fn one(arguments: &Check, (scenario, file): (&Path, &Path)) -> Outcome {
         ..Subject::new(&scene, times, Some((window.first(), window.last())))
     };
     let found = sentences(&told, &subject);
-    if arguments.format.is_json() {
-        return { found.iter() }
-            .map(|sentence| SentenceRecord::new(&told, sentence, &subject))
-            .try_for_each(|record| output::json(&record));
+    let mut texts = vec![(subject, told.as_str(), found)];
+    let failed = match read_again(arguments, &mut texts)? {
+        Reading::Estimated => return Ok(()),
+        Reading::Done(failed) => failed,
+    };
+    for (subject, told, found) in &texts {
+        if arguments.format.is_json() {
+            { found.iter() }
+                .map(|sentence| SentenceRecord::new(told, sentence, subject))
+                .try_for_each(|record| output::json(&record))?;
+        } else {
+            output::text(&words(told, found, &scene))?;
+        }
     }
-    output::text(&words(&told, &found, &scene))
+    failed
+}
+
+/// What came of a second reader.
+enum Reading {
+    /// Nothing was to be sent.
+    Estimated,
+    /// The sentences are read, or there is no second reader; why some questions have no answer.
+    Done(Outcome),
+}
+
+/// The most tokens of an answer of a second reader, where the configuration sets no limit.
+const TOKENS: u32 = 8192;
+
+/// Has the model that is named, if one is, read what the rules do not understand.
+fn read_again(arguments: &Check, texts: &mut [ReadText<'_>]) -> Result<Reading, Failure> {
+    let Some(name) = &arguments.model else {
+        return Ok(Reading::Done(Ok(())));
+    };
+    let (folders, config) = configuration()?;
+    let budget = arguments.budget.or(config.budget);
+    let model = ask::text_model(name, (&folders, &config), (TOKENS, budget))?;
+    let store = Store::open(&folders.store()).map_err(Failure::input)?;
+    let reader = SecondReader {
+        at_once: at_once(&Judge::Model(model.clone()), config.at_once()),
+        model: &model,
+        store: &store,
+    };
+    if arguments.dry_run {
+        let estimate = reader.estimate(texts).map_err(Failure::input)?;
+        let usd = match estimate.usd {
+            Some(usd) => format!("at most {usd:.4} USD"),
+            None => "at an unknown price".into(),
+        };
+        output::text(&format!(
+            "{} not understood; {} to {name}, {usd}\n",
+            output::counted(estimate.sentences, "sentence"),
+            output::counted(estimate.questions, "question"),
+        ))?;
+        return Ok(Reading::Estimated);
+    }
+    let done = runtime()?.block_on(async {
+        tokio::select! {
+            done = reader.read(texts) => done.map_err(Failure::input),
+            () = ending::signal() => {
+                Err(Failure::interrupted("the same command goes on, and pays for no answer twice"))
+            }
+        }
+    })?;
+    let cost = match done.usd {
+        Some(usd) => format!("{usd:.4} USD"),
+        None => "at an unknown price".into(),
+    };
+    output::say(&format!(
+        "nearmiss: {name} read {} of {} that the rules do not understand ({}, {cost})",
+        done.read,
+        output::counted(done.asked, "sentence"),
+        output::counted(done.questions, "question"),
+    ));
+    let failed = match done.failed.as_slice() {
+        [] => Ok(()),
+        all => Err(Failure::finding(output::visible(&all.join("; ")))),
+    };
+    Ok(Reading::Done(failed))
 }
 
 fn origin(is_relative: bool) -> TimeOrigin {
@@ -178,7 +267,7 @@ pub struct TraceRecord {
 const UNNAMED: &str = "unnamed";
 
 /// Texts about scenarios, one a line, and how true they are by model and kind of claim.
-fn traces(file: &Path, is_json: bool) -> Outcome {
+fn traces(arguments: &Check, file: &Path) -> Outcome {
     let read = text(file)?;
     let at = |line: usize, why: &dyn std::fmt::Display| {
         Failure::input(format!("{}:{line}: {why}", file.display()))
@@ -241,8 +330,15 @@ fn traces(file: &Path, is_json: bool) -> Outcome {
         texts.push((subject, &trace.text));
     }
     let found = sentences_of(&texts);
-    if is_json {
-        for (((line, trace), (subject, text)), sentences) in all.iter().zip(&texts).zip(&found) {
+    let mut texts: Vec<ReadText<'_>> = { texts.into_iter().zip(found) }
+        .map(|((subject, text), found)| (subject, text, found))
+        .collect();
+    let failed = match read_again(arguments, &mut texts)? {
+        Reading::Estimated => return Ok(()),
+        Reading::Done(failed) => failed,
+    };
+    if arguments.format.is_json() {
+        for ((line, trace), (subject, text, sentences)) in all.iter().zip(&texts) {
             for sentence in sentences {
                 output::json(&TraceRecord {
                     line: *line,
@@ -252,16 +348,17 @@ fn traces(file: &Path, is_json: bool) -> Outcome {
                 })?;
             }
         }
-        return Ok(());
+    } else {
+        output::text(&truth(&all, &texts)?)?;
     }
-    output::text(&truth(&all, &found)?)
+    failed
 }
 
 /// The steps that a text was told of where nothing says it.
 const HISTORY: u32 = 10;
 
 /// The table of claims by model and kind, and what sentences came to.
-fn truth(all: &[(usize, Trace)], found: &[Vec<CheckedSentence>]) -> Result<String, Failure> {
+fn truth(all: &[(usize, Trace)], found: &[ReadText<'_>]) -> Result<String, Failure> {
     let names: Vec<(&str, String)> = { all.iter() }
         .map(|(_, trace)| {
             let model = trace.model.as_deref().unwrap_or(UNNAMED);
@@ -269,7 +366,7 @@ fn truth(all: &[(usize, Trace)], found: &[Vec<CheckedSentence>]) -> Result<Strin
         })
         .collect();
     let texts = { names.iter().zip(found) }
-        .map(|((model, scenario), sentences)| (*model, scenario.as_str(), sentences.as_slice()));
+        .map(|((model, scenario), (.., found))| (*model, scenario.as_str(), found.as_slice()));
     let rows = truth_table(texts);
     let table = CaptionedTable::of("", "", &rows).map_err(Failure::input)?;
     let mut told = table.text();
@@ -277,7 +374,7 @@ fn truth(all: &[(usize, Trace)], found: &[Vec<CheckedSentence>]) -> Result<Strin
     for model in models {
         let own = names.iter().zip(found).filter(|(name, _)| name.0 == model);
         let sentences: Vec<CheckedSentence> =
-            own.flat_map(|(_, all)| all.iter().cloned()).collect();
+            own.flat_map(|(_, (.., all))| all.iter().cloned()).collect();
         told += &format!("{}: {}\n", output::visible(model), tally(&sentences));
     }
     Ok(told)
@@ -296,6 +393,13 @@ fn tally(found: &[CheckedSentence]) -> String {
         output::counted(found.len(), "sentence"),
         counts.join(", ")
     );
+    let read = |one: &&CheckedSentence| {
+        !one.translated.is_empty() && one.outcome != SentenceOutcome::NotUnderstood
+    };
+    let translated = found.iter().filter(read).count();
+    if translated > 0 {
+        told += &format!("; {translated} read by a model");
+    }
     let against = found
         .iter()
         .filter(|one| !one.contradicts.is_empty())
@@ -346,6 +450,9 @@ fn words(text: &str, found: &[CheckedSentence], scene: &Scene) -> String {
     for sentence in found {
         let shown = output::visible(text.get(sentence.span.clone()).unwrap_or_default());
         lines += &format!("{}: {shown}\n", sentence.outcome.name().replace('_', " "));
+        for said in &sentence.translated {
+            lines += &format!("  » {}\n", output::visible(said));
+        }
         for claim in &sentence.claims {
             let sign = match claim.judgement {
                 Judgement::Right => "=",
@@ -363,5 +470,5 @@ fn words(text: &str, found: &[CheckedSentence], scene: &Scene) -> String {
             lines += &format!("  ! contradicts: {other}\n");
         }
     }
-    lines + &format!("{} about {name}\n", tally(found))
+    lines + &format!("{name}: {}\n", tally(found))
 }

@@ -7,21 +7,20 @@ use std::sync::atomic::AtomicBool;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::ask::text_model;
 use super::ending::interrupted;
 use super::evaluate::runtime;
-use super::open::{configuration, judge_of, user_thresholds};
+use super::open::{configuration, user_thresholds};
 use super::output::Target;
-use super::{Failure, Outcome, ask, ending, json, output};
-use nearmiss_ask::llm::Parameters;
+use super::{Failure, Outcome, ending, json, output};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
-use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::{
-    FilterRequest, FoundWindow, FoundWindows, IndexSearch, checked_filter, configured_experiment,
-    search_index, write_filter,
+    FilterRequest, FoundWindow, FoundWindows, IndexSearch, checked_filter, search_index,
+    write_filter,
 };
 
 /// The most tokens of an answer, reasoning included, where the configuration sets no limit.
@@ -212,23 +211,12 @@ fn written(
     config: &Config,
 ) -> Result<FindDocument, Failure> {
     let index = folder(arguments, config)?;
-    let parameters = Parameters {
-        max_tokens: Some(config.max_tokens.unwrap_or(TOKENS)),
-        log_probabilities: false,
-        tools: None,
-        ..configured_experiment(config).parameters()
-    };
-    let models = ask::models(model, &config.provider, folders, parameters, config.budget);
-    let Judge::Model(judge) = judge_of(&models, model)? else {
-        return Err(Failure::input(format!(
-            "--model {model}: terms are written by a language model; give provider/model"
-        )));
-    };
+    let reader = text_model(model, (folders, config), (TOKENS, config.budget))?;
     let store = Store::open(&folders.store()).map_err(Failure::input)?;
     let request = FilterRequest {
         sentence,
         index: &index,
-        model: &judge,
+        model: &reader,
         store: &store,
     };
     let written = runtime()?.block_on(async {

@@ -255,7 +255,7 @@ impl<'a> TextQuestion<'a> {
     }
 
     /// A new answer.
-    pub async fn ask(self, store: &Store) -> Result<Text, TextError> {
+    pub async fn ask(self, store: &Store) -> Result<(Text, Consumed), TextError> {
         let (client, endpoint) = (&self.model.client, &self.model.endpoint);
         let stopped =
             |error: &llm::Error| TextError::Stopped(format!("{}: {error}", self.model.id));
@@ -304,7 +304,8 @@ impl<'a> TextQuestion<'a> {
             consumed,
         };
         store.finish_reflection(id, &found)?;
-        Ok(complete_text(found))
+        let consumed = found.consumed;
+        Ok((complete_text(found), consumed))
     }
 }
 

@@ -23,6 +23,7 @@
 //! - [`answer_page`]: the answers of a report with their texts, claims and pictures
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
 //! - [`TruthSearch`]: what is true about stored answers
+//! - [`SecondReader`]: a model puts sentences that rules do not understand into claims
 //! - [`tune`]: better templates from wrong answers of a dev split
 //! - [`annex`]: planners held to a requirement, beside drivers and baselines
 //! - [`convert`]: a scenario in another format
@@ -56,6 +57,7 @@ mod question;
 mod rate;
 mod reading;
 mod scenario_filter;
+mod second_reader;
 mod simulator_export;
 pub mod span;
 mod stand_in;
@@ -112,6 +114,7 @@ pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_code, nearest,
 };
+pub use second_reader::{ReadText, SecondEstimate, SecondReader, SecondReading};
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator, scene_to_export};
 pub use stand_in::StandIn;
 pub use story::ToldStory;

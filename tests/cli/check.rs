@@ -2,7 +2,9 @@
 
 use serde_json::Value;
 
-use super::support::program::Home;
+use super::batches::telling;
+use super::support::program::{Ended, Home};
+use super::support::server::{Script, Server};
 
 const CUT_IN: &str = "ZAM_CutIn-1_1_T-1";
 
@@ -176,4 +178,95 @@ fn the_agreement_on_labelled_sentences_is_printed() {
     let json = home.run(&["check", "--labelled", "--format", "json"]);
     assert!(!column(&json.status(0).stdout, "found").contains(&Value::Null));
     home.run(&["check", CUT_IN]).status(2).says(&["--text"]);
+}
+
+/// Checks a German and an English sentence with a second reader at this address.
+fn read_again(home: &Home, url: &str, more: &[&str]) -> Ended {
+    let config = format!(
+        "[provider.lab]\nbase_url = \"{url}\"\nkey_env = []\n\
+         [[provider.lab.prices]]\nmodel = \"tiny\"\ninput = 1\noutput = 10\n"
+    );
+    home.write(home.config().join("config.toml"), config);
+    home.write(
+        "said.txt",
+        "Obstacle 301 is 99 m away.\nDas Auto 301 ist 98,5 Meter vor uns.\n",
+    );
+    let run = ["check", CUT_IN, "--text", "said.txt", "--model", "lab/tiny"];
+    tokio::task::block_in_place(|| home.run(&[&run, more].concat()))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_model_translates_what_the_rules_do_not_understand() {
+    let said =
+        r#"{"sentences": [{"number": 1, "claims": ["Obstacle 301 is 98.5 m ahead of the ego."]}]}"#;
+    let server = Server::answering(move |_, _| Some(telling(said))).await;
+    let home = Home::new();
+    let url = server.base_url();
+    let estimate = read_again(&home, url, &["--dry-run"]).status(0).stdout;
+    assert!(estimate.starts_with("1 sentence not understood; 1 question to lab/tiny, at most 0.0"));
+    let dear = read_again(&home, url, &["--budget", "0.000001"])
+        .status(1)
+        .says(&["budget"]);
+    assert!(dear.stdout.contains("not understood 1"), "{}", dear.stdout);
+    assert!(server.requests().is_empty());
+    let read = read_again(&home, url, &[])
+        .status(0)
+        .says(&["lab/tiny read 1 of 1 sentence"]);
+    for part in [
+        "wrong: Das Auto 301",
+        "» Obstacle 301 is 98.5 m ahead of the ego.",
+        "1 read by a model",
+    ] {
+        assert!(read.stdout.contains(part), "{part}\n{}", read.stdout);
+    }
+    // The model sees the sentence in its text, and the language; its answer is kept.
+    let body = server.requests()[0].json();
+    let told = body["messages"][0]["content"].as_str().unwrap();
+    assert!(told.contains("The TTC of obstacle 7 is 2.4 s."), "{told}");
+    let asked = body["messages"][1]["content"].as_str().unwrap();
+    assert!(asked.contains("⟦1: Das Auto 301 ist"), "{asked}");
+    let again = read_again(&home, url, &["--format=json"]).status(0);
+    let found: Vec<Value> = { again.stdout.lines() }
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(server.requests().len(), 1);
+    assert_eq!(found[0]["translated"], serde_json::json!([]));
+    assert_eq!(found[1]["outcome"], "wrong");
+    assert_eq!(
+        found[1]["translated"][0],
+        "Obstacle 301 is 98.5 m ahead of the ego."
+    );
+    home.run(&[
+        "check",
+        CUT_IN,
+        "--text",
+        "said.txt",
+        "--model",
+        "reference/geometry",
+    ])
+    .status(2)
+    .says(&["not a language model"]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_model_does_not_translate_stays_not_understood() {
+    let server = Server::answering(|number, _| {
+        Some(match number {
+            0 => telling("They are all true."),
+            _ => Script::json(400, "{\"error\": \"no\"}"),
+        })
+    })
+    .await;
+    let home = Home::new();
+    // An answer of another form is not kept to.
+    for why in ["no JSON object", "400"] {
+        let ended = read_again(&home, server.base_url(), &[])
+            .status(1)
+            .says(&[why, "read 0 of 1"]);
+        assert!(
+            ended.stdout.contains("not understood 1"),
+            "{}",
+            ended.stdout
+        );
+    }
 }

@@ -188,7 +188,7 @@ fn what_cannot_be_searched_says_why() {
         .status(1)
         .says(&["words are parts of names", "none of"]);
     for (model, says) in [
-        ("reference/geometry", "written by a language model"),
+        ("reference/geometry", "not a language model"),
         ("nobody/tiny", "nobody"),
     ] {
         home.run(&[

@@ -18,12 +18,12 @@ use nearmiss_settings::{Config, Folders, TextFile};
 use nearmiss_store::{Origin, RunId, Store};
 use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::{
-    Answer, AskError, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin, consumption,
-    motion_lines, tool_rounds,
+    Answer, AskError, Case, Event, Judge, JudgeOutcome, ModelJudge, RunOptions, StoredOrigin,
+    consumption, motion_lines, tool_rounds,
 };
 use nearmiss_workflow::{
-    AskDocument, AskOutcome, AskRequest, Models, Server, ask, cost_at_current_prices,
-    missing_verdict,
+    AskDocument, AskOutcome, AskRequest, Models, Server, ask, configured_experiment,
+    cost_at_current_prices, missing_verdict,
 };
 
 use super::open::{configuration, judge_of, runtime};
@@ -229,6 +229,27 @@ pub fn models(
         output::say(&format!("nearmiss: {model}: {warning}"));
     }
     models
+}
+
+/// A language model that writes a text of at most so many tokens, within a budget in US dollars.
+pub fn text_model(
+    model: &str,
+    (folders, config): (&Folders, &Config),
+    (tokens, budget): (u32, Option<f64>),
+) -> Result<Box<ModelJudge>, Failure> {
+    let parameters = Parameters {
+        max_tokens: Some(config.max_tokens.unwrap_or(tokens)),
+        log_probabilities: false,
+        tools: None,
+        ..configured_experiment(config).parameters()
+    };
+    let models = models(model, &config.provider, folders, parameters, budget);
+    match judge_of(&models, model)? {
+        Judge::Model(judge) => Ok(judge),
+        _ => Err(Failure::input(format!(
+            "--model {model}: not a language model; give provider/model"
+        ))),
+    }
 }
 
 fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failure> {

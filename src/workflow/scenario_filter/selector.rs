@@ -212,7 +212,7 @@ pub async fn write_filter(request: FilterRequest<'_>) -> Result<WrittenFilter, F
     {
         return Ok(found);
     }
-    let text = question.ask(store).await.map_err(|error| match error {
+    let (text, _) = question.ask(store).await.map_err(|error| match error {
         TextError::Stopped(why) => FilterError::NoAnswer(why),
         TextError::Failed(why) => FilterError::NoAnswer(format!("{}: {why}", model.id)),
         TextError::Store(error) => FilterError::Store(error),

@@ -197,7 +197,7 @@ impl Reflector {
             return Err(TuneAbort::Interrupted);
         }
         match question.ask(&self.store).await {
-            Ok(answer) => {
+            Ok((answer, _)) => {
                 usage.reflections += 1;
                 Ok(answer)
             }

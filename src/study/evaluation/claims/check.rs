@@ -475,7 +475,13 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             let Known { holds, is } =
                 state(predicate, subject, &participant, (&encounter, step), &told);
             checked.is = is;
+            // A contact at another step than the one that is named.
+            let is_elsewhere = predicate == Predicate::Touches
+                && claim.step.is_some()
+                && holds == Ok(true)
+                && encounter.contact().is_none();
             checked.judgement = match holds {
+                Ok(_) if is_elsewhere => Judgement::Unknown("contact at another step"),
                 Err(why) => Judgement::Unknown(why),
                 Ok(holds) if holds != is_denied => Judgement::Right,
                 Ok(_) => Judgement::Wrong,

@@ -459,6 +459,18 @@ fn subject(
                 && tokens[at.start..own[0].at.start].iter().all(|t| {
                     !t.is_word() || t.is("the and but while with at so reflects simply only of")
                 });
+            // "The speed of the ego".
+            let owned = own[0].at.start.saturating_sub(1);
+            let owned = owned - usize::from(tokens[owned].is("the") && owned > at.start);
+            let is_of_ego = is_of_ego
+                || own[0].who == Named::Ego
+                    && owned > at.start
+                    && tokens[owned].is("of")
+                    && tokens[owned - 1]
+                        .is("speed velocity acceleration deceleration heading position")
+                    && tokens[at.start..owned - 1]
+                        .iter()
+                        .all(|t| t.is("the and but while"));
             match ids.as_slice() {
                 _ if is_of_ego => (Who::Ego, others(None)),
                 [] if has_others => (Who::Unknown, None),

@@ -88,7 +88,16 @@ static COMPARATIVES: LazyLock<Lexicon<(Dimension, bool, bool)>> = LazyLock::new(
             "highest|greatest|riskiest|biggest ?risk|danger|threat",
             (Risk, true, true),
         ),
+        (
+            "smallest|lowest|least risk|danger|threat",
+            (Risk, false, true),
+        ),
+        (
+            "least dangerous|critical|risky|threatening",
+            (Risk, false, true),
+        ),
         ("smallest|shortest|lowest|minimum ttc", (Ttc, false, true)),
+        ("longest|largest|highest ttc", (Ttc, true, true)),
         (
             "smallest|shortest|lowest distance|gap|clearance",
             (Distance, false, true),
@@ -210,6 +219,10 @@ impl Speech<'_> {
     /// Comparisons with another obstacle, and with all.
     pub(super) fn comparisons(&self, clause: &Clause, found: &mut Vec<Said>) {
         for ((of, is_more, is_most), at) in COMPARATIVES.all(self.tokens, clause.at.clone()) {
+            // "Its lowest risk score" is one of its own.
+            if is_most && self.is(at.end, "score scores") {
+                continue;
+            }
             // "The ego is faster": the other is slower.
             if clause.who == Who::Ego && of == Dimension::Speed && !is_most {
                 let than = self

@@ -117,6 +117,13 @@ impl Speech<'_> {
         }
     }
 
+    /// The whole number that stands before a noun: "2 vehicles".
+    fn digits(&self, noun: usize, numbers: &[Number]) -> Option<usize> {
+        let before = &self.tokens[noun.checked_sub(1)?];
+        let number = numbers[before.number?].as_integer()?;
+        usize::try_from(number).ok()
+    }
+
     /// How many a clause says there are of which something holds: "nobody is ahead of us", "two cars are braking".
     pub fn count(
         &self,
@@ -136,10 +143,10 @@ impl Speech<'_> {
             let first = &self.tokens[r.at.start];
             let number = match r.who {
                 Named::Nobody => Some(0),
-                Named::Other => NUMBERS
-                    .iter()
+                Named::Other => { NUMBERS.iter() }
                     .position(|word| first.is(word))
-                    .map(|i| i + 1),
+                    .map(|i| i + 1)
+                    .or_else(|| self.digits(r.at.start, numbers)),
                 _ => None,
             };
             Some((number.filter(|_| own)?, r.at.clone()))

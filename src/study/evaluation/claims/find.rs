@@ -34,7 +34,7 @@ pub struct MentionContext<'a> {
 }
 
 /// Of a text so much is read, of a line and of a sentence so much, bytes: nobody writes longer ones, but servers send them.
-const LONGEST_TEXT: usize = 256 << 10;
+pub const LONGEST_TEXT: usize = 256 << 10;
 const LONGEST_LINE: usize = 32 << 10;
 pub const LONGEST_SENTENCE: usize = 4 << 10;
 

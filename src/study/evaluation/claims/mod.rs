@@ -13,6 +13,7 @@ mod excuses;
 mod find;
 mod guards;
 mod labelled;
+mod language;
 mod located;
 mod mentions;
 mod number;
@@ -23,6 +24,7 @@ mod quantity;
 mod record;
 mod references;
 mod score;
+mod second_reader;
 mod sentence;
 mod sentences;
 mod speech;
@@ -44,7 +46,9 @@ use nearmiss_store::ClaimCounts;
 
 pub use check::{CheckedClaim, ClaimBasis, Judgement, TOLERANCES, check};
 pub use labelled::{AgreementRow, agreement};
+pub use language::{samples, written};
 pub use record::{ClaimRecord, SentenceRecord};
+pub use second_reader::{Untranslated, translation_schema, untranslated};
 use sentences::sentences_with;
 pub use sentences::{CheckedSentence, SentenceOutcome, sentences};
 pub use traces::{Trace, TraceError, TruthRow, sentences_of, truth_table, waypoints};
@@ -354,7 +358,7 @@ pub enum Dimension {
     Speed,
     /// Time to collision.
     Ttc,
-    /// Risk score: the lower it is, the higher the risk.
+    /// Risk: the lower the score, the more.
     Risk,
 }
 

@@ -18,6 +18,8 @@ pub struct SentenceRecord {
     pub claims: Vec<ClaimRecord>,
     /// Sentences that cannot be true beside it.
     pub contradicts: Vec<String>,
+    /// What a second reader made of it; empty where only the rules read it.
+    pub translated: Vec<String>,
 }
 
 /// A claim with the truth beside it.
@@ -62,6 +64,7 @@ impl SentenceRecord {
                 .map(|(place, one)| ClaimRecord::new(text, one, (ego, invented(place))))
                 .collect(),
             contradicts: sentence.contradicts.iter().map(said).collect(),
+            translated: sentence.translated.clone(),
         }
     }
 }

@@ -157,13 +157,18 @@ fn score(lower: &str, above: &str, number: &Number) -> Option<Said> {
             || label.contains("score")
             || has_word(label, "risk")
     };
-    let is_said =
-        SCORING.iter().any(|words| {
+    // "The risk score of obstacle 7 is 3".
+    let is_owned = { before.strip_suffix("is").or(before.strip_suffix(':')) }
+        .and_then(|rest| rest.rsplit_once("score of "))
+        .is_some_and(|(_, who)| who.split_whitespace().count() <= 3);
+    let is_said = is_owned
+        || SCORING.iter().any(|words| {
             let bare = before.trim_end_matches(['*', ':', ' ', '=', '"']);
             bare.strip_suffix(words)
                 .is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
-        }) || has_word(before, "score") && has_word(before, "for") && before.ends_with(':')
-            || before.is_empty() && has_word(after, "for") && has_word(before, "score");
+        })
+        || has_word(before, "score") && has_word(before, "for") && before.ends_with(':')
+        || before.is_empty() && has_word(after, "for") && has_word(before, "score");
     if !(is_field || is_said || in_brackets || said.is_some()) {
         return None;
     }
@@ -186,6 +191,7 @@ fn score(lower: &str, above: &str, number: &Number) -> Option<Said> {
         // "TTC < 0.5 s indicates extreme risk (score 1)" is the grade of that time.
         false
             if is_said
+                && !is_owned
                 && !["indicat", "suggest", "correspond", "fall", "put"]
                     .iter()
                     .any(|word| head.contains(word)) =>

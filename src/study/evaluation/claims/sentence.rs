@@ -138,16 +138,7 @@ impl Sentence<'_> {
                 let (first, last) = (said.at.start, said.at.end.max(said.at.start + 1) - 1);
                 let span = self.tokens[first].span.start..self.tokens[last].span.end;
                 let of = (said.of.unwrap_or(self.ego), said.is_past);
-                let mut claim = self.claim(span, of, said.quantity, said.stated);
-                // What never happens does so at no step.
-                if let ClaimedValue::Word {
-                    predicate: Predicate::Touches | Predicate::WillTouch,
-                    ..
-                } = claim.stated
-                {
-                    claim.step = None;
-                }
-                found.push(claim);
+                found.push(self.claim(span, of, said.quantity, said.stated));
             }
         }
         let risks = score::risks(self.lower, self.above, self.numbers);
@@ -282,10 +273,23 @@ impl Sentence<'_> {
         } else {
             self.stated_of(span.start).or(topic)
         };
-        if let Some(of) = of
-            && !denies(before)
-        {
-            found.push(self.claim(span, of, quantity, value));
+        let Some(of) = of else { return };
+        let is_denied = ["not in", "not on", "not within"]
+            .iter()
+            .any(|words| before.trim_end().ends_with(words));
+        match value {
+            ClaimedValue::Word {
+                predicate: predicate @ Predicate::OnLanelet(_),
+                ..
+            } if is_denied => {
+                let value = ClaimedValue::Word {
+                    predicate,
+                    is_denied,
+                };
+                found.push(self.claim(span, of, quantity, value));
+            }
+            value if !denies(before) => found.push(self.claim(span, of, quantity, value)),
+            _ => {}
         }
     }
 

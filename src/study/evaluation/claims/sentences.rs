@@ -55,6 +55,8 @@ pub struct CheckedSentence {
     pub contradicts: Vec<Range<usize>>,
     /// The claims, by their place, whose number is invented: it does not hold, and what the model was shown does not have it.
     pub invented: Vec<usize>,
+    /// What a second reader made of it, in the claim language; empty where only the rules read it.
+    pub translated: Vec<String>,
 }
 
 /// Beginnings of words that state how something moves, in which lane it is, or that it touches.
@@ -156,6 +158,7 @@ pub(super) fn sentences_with(
                 claims: own,
                 contradicts: Vec::new(),
                 invented: Vec::new(),
+                translated: Vec::new(),
             });
             continue;
         }
@@ -188,6 +191,7 @@ pub(super) fn sentences_with(
             claims: own,
             contradicts: Vec::new(),
             invented,
+            translated: Vec::new(),
         });
     }
     let all: Vec<(Range<usize>, &[CheckedClaim])> = { found.iter() }

@@ -142,7 +142,16 @@ impl Sentence<'_> {
         let Some(bound) = bound else {
             return Vec::new();
         };
-        let (quantity, magnitude) = match self.quantity(place, from) {
+        // "Between 2 m and 3 m": what is said of both stands before the first.
+        let first = place
+            .checked_sub(1)
+            .filter(|_| matches!(bound, Bound::Between(_)));
+        let own = self.quantity(place, from).or_else(|| {
+            let first = first.filter(|first| self.numbers[*first].unit == number.unit)?;
+            let before = (0..first).rfind(|i| !self.taken[*i]);
+            self.quantity(first, before.map_or(0, |i| self.numbers[i].span.end))
+        });
+        let (quantity, magnitude) = match own {
             Some(found) => found,
             // "A TTC of 1.2 s is below 1 s": the same quantity again.
             None => match last {

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod forms;
+mod language;
 mod random;
 mod unread;
 mod words;
@@ -195,7 +196,7 @@ fn what_is_not_plain_is_left_alone() {
         ),
         (
             format!("There is no collision at step 14 with obstacle {a}."),
-            "contact: collision",
+            "contact: collision @14",
         ),
         (
             format!("Obstacle {a} is initially behind the ego vehicle."),
