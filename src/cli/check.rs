@@ -465,10 +465,6 @@ fn words(text: &str, found: &[CheckedSentence], scene: &Scene) -> String {
             let claim = &sentence.claims[*place];
             lines += &format!("  ! {} is not in the prompt\n", claim.stated());
         }
-        for span in &sentence.contradicts {
-            let other = output::visible(text.get(span.clone()).unwrap_or_default());
-            lines += &format!("  ! contradicts: {other}\n");
-        }
     }
     lines + &format!("{name}: {}\n", tally(found))
 }

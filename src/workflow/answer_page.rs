@@ -166,9 +166,9 @@ fn look(
     let renumbered = matches!(transform, Some(Transform::Renumber(_)));
     for one in told {
         let subject = claims::Subject::new(&scene, one.times, one.window);
-        let checked = claims::checked(&one.text, &subject);
+        let found = claims::sentences(&one.text, &subject);
         seen.claims
-            .push((one.place, ShownClaim::all(&one.text, &checked)));
+            .push((one.place, ShownClaim::all(&one.text, &found)));
         let Some((row, critical)) = page.question(one.place) else {
             continue;
         };

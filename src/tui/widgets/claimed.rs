@@ -224,6 +224,7 @@ mod tests {
                 is: "front".into(),
                 basis: ClaimBasis::Exact,
                 judgement,
+                contradicts: None,
             }
         };
         let claims = [

@@ -61,14 +61,14 @@ const marked = (whole, claims) => {
   });
   return make("pre", { id: "text" }, ...parts, whole.slice(from));
 };
-const claimList = (claims) => claims.map((claim, i) =>
+const claimList = (claims) => claims.map((claim, i) => claim.letter === "N" ? null :
   make("li", {}, make("b", { class: claim.letter === "?" ? "U" : claim.letter, title: { R: "right", W: "wrong", "?": "open" }[claim.letter] }, claim.letter),
     make("button", { title: "Show it in the answer", onclick: () => {
       for (const old of panel.querySelectorAll("mark.at")) old.classList.remove("at");
       const place = document.getElementById(`claim-${i}`);
       place?.classList.add("at");
       place?.scrollIntoView({ block: "center" });
-    } }, claim.line)));
+    } }, claim.line))).filter(Boolean);
 
 const verdict = (status) => {
   if (status.missing) return [make("p", { class: "facts" }, status.why)];
@@ -117,7 +117,9 @@ const showAnswer = () => {
     ? make("p", { class: "facts" }, "No picture: the scenario was not at hand.")
     : make("img", { id: "picture", alt: `Map of ${of.scenario} at the last step of the window`, src: `data:image/svg+xml;charset=utf-8,${encodeURIComponent(block(`picture-${of.picture}`))}` });
   const whole = place === null ? null : text(place);
-  const told = claims?.length ? `Claims: ${["R", "W", "?"].map((l) => `${claims.filter((c) => c.letter === l).length} ${l === "?" ? "open" : LETTERS[l]}`).join(", ")}` : "Claims";
+  const count = (letter) => (claims ?? []).filter((claim) => claim.letter === letter).length;
+  const outcomes = [["R", LETTERS.R], ["W", LETTERS.W], ["?", "open"]].map(([l, word]) => `${count(l)} ${word}`).join(", ");
+  const told = claims?.length ? `Claims: ${outcomes}; sentences not understood: ${count("N")}` : "Claims";
   panel.replaceChildren(...[
     make("header", {},
       make("div", {}, make("h2", {}, of.scenario), make("p", {}, [of.task, about(of), truth].filter(Boolean).join(" · ")), make("p", {}, ways[way].name)),
@@ -130,7 +132,7 @@ const showAnswer = () => {
     ...(sent.length ? section("Picture that the model was sent", ...sent.map((one) => sentPicture(one, of))) : []),
     ...(whole === null ? [] : section("Answer", facts ? make("p", { class: "facts" }, facts) : null, marked(whole, claims ?? []))),
     ...section(told, claims === null ? make("p", { class: "facts" }, "Not checked: the scenario was not at hand.")
-      : claims.length ? make("ul", { id: "claims" }, ...claimList(claims)) : make("p", { class: "facts" }, "No claim about an obstacle was found.")),
+      : claims.length > count("N") ? make("ul", { id: "claims" }, ...claimList(claims)) : make("p", { class: "facts" }, "No claim about an obstacle was found.")),
     ...(messages.length ? section("Prompt", ...messages.map(([role, place]) => {
       const fold = make("details", { class: "prompt", open: prompts }, make("summary", {}, `${role} · ${number(text(place).length)} characters`));
       fold.addEventListener("toggle", () => { if (fold.open && !fold.querySelector("pre")) fold.append(make("pre", {}, text(place))); });

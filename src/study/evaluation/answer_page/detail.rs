@@ -1,6 +1,7 @@
 //! What is known of one answer: its verdict, its texts by place, its claims, its consumption, and the pictures sent.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -8,47 +9,53 @@ use nearmiss_scene::description::visible;
 use nearmiss_store::{Consumed, StoredImage};
 use serde::{Serialize, Serializer};
 
-use super::super::claims::{CheckedClaim, Judgement};
+use super::super::claims::{CheckedSentence, Judgement};
 use super::super::{AnswerStatus, Scored};
 
-/// A claim in the text of an answer.
+/// A claim in the text of an answer, or a sentence of it that was not understood.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ShownClaim {
     /// Where it begins in the shown text, UTF-16 code units, as browsers count.
     pub start: usize,
     /// Where it ends.
     pub end: usize,
-    /// `R` right, `W` wrong, `?` open.
+    /// `R` right, `W` wrong, `?` open, `N` not understood.
     pub letter: char,
     /// The claim and the truth, as one line.
     pub line: String,
 }
 
 impl ShownClaim {
-    /// Checked claims of a text, in the order of the text.
+    /// What the sentences of a text claim, in the order of the text.
     #[must_use]
-    pub fn all(text: &str, claims: &[CheckedClaim]) -> Vec<Self> {
+    pub fn all(text: &str, sentences: &[CheckedSentence]) -> Vec<Self> {
+        let claims = sentences.iter().flat_map(|one| &one.claims);
+        let unread = sentences.iter().filter(|one| one.claims.is_empty());
         let mut found: Vec<Self> = claims
-            .iter()
-            .filter_map(|one| Self::one(text, one))
+            .filter_map(|one| {
+                let letter = match one.judgement {
+                    Judgement::Right => 'R',
+                    Judgement::Wrong => 'W',
+                    Judgement::Unknown(_) => '?',
+                };
+                Self::one(text, &one.claim.span, letter, one.line())
+            })
+            .chain(
+                unread.filter_map(|one| Self::one(text, &one.span, 'N', "not understood".into())),
+            )
             .collect();
         found.sort_by_key(|one| one.start);
         found
     }
 
-    fn one(text: &str, checked: &CheckedClaim) -> Option<Self> {
-        let span = &checked.claim.span;
+    fn one(text: &str, span: &Range<usize>, letter: char, line: String) -> Option<Self> {
         let units = |part: Option<&str>| part.map(|part| part.encode_utf16().count());
         let start = units(text.get(..span.start))?;
         Some(Self {
             start,
             end: start + units(text.get(span.clone()))?,
-            letter: match checked.judgement {
-                Judgement::Right => 'R',
-                Judgement::Wrong => 'W',
-                Judgement::Unknown(_) => '?',
-            },
-            line: checked.line(),
+            letter,
+            line,
         })
     }
 }

@@ -4,6 +4,8 @@
 
 use nearmiss_base::geometry::Point;
 use nearmiss_scene::metrics::{Encounter, RiskAspect, paper};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::ego::of_ego;
 use super::excuses::excuse;
@@ -18,7 +20,8 @@ use super::{Claim, ClaimedValue, Predicate, Quantity, Side, Subject};
 pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
 
 /// The geometry a claim was checked against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ClaimBasis {
     /// Exact bodies of real size.
     Exact,
@@ -66,6 +69,8 @@ pub struct CheckedClaim {
     pub basis: ClaimBasis,
     /// Whether it holds.
     pub judgement: Judgement,
+    /// A sentence of its text, or the verdict there, that cannot be true beside it.
+    pub contradicts: Option<String>,
 }
 
 impl CheckedClaim {
@@ -168,7 +173,11 @@ impl CheckedClaim {
         } else {
             format!("claimed {stated}, actual {}", self.is)
         };
-        format!("{id}: {both}{agrees} ({about}step {step}{basis}{why})")
+        let against = match &self.contradicts {
+            Some(other) => format!("; contradicts: {}", other.trim()),
+            None => String::new(),
+        };
+        format!("{id}: {both}{agrees} ({about}step {step}{basis}{why}){against}")
     }
 
     /// The same in few columns: `30308: 3.2 m, actual 7.9 m`.
@@ -225,6 +234,7 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
             is,
             basis: ClaimBasis::Exact,
             judgement,
+            contradicts: None,
         };
     }
     if claim.is_past && claim.step.is_none() {
@@ -324,6 +334,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
         is: "not there".into(),
         basis: ClaimBasis::Exact,
         judgement: Judgement::Unknown("ego or obstacle absent at that step"),
+        contradicts: None,
         claim: claim.clone(),
     };
     if let ClaimedValue::Change { from, to, decimals } = claim.stated {

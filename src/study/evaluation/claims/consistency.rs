@@ -3,40 +3,103 @@
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 
+use nearmiss_scene::metrics::RiskAspect;
+
 use super::{CheckedClaim, ClaimedValue, Predicate, Quantity};
 
-/// The sentences that contradict another one, with the spans of those: of each sentence, by its place. The claims of two
-/// sentences contradict each other where they are of the same obstacle and time, and one excludes the other.
-pub fn contradictions(sentences: &[(Range<usize>, &[CheckedClaim])]) -> Vec<Vec<Range<usize>>> {
-    let mut found: Vec<Vec<Range<usize>>> = vec![Vec::new(); sentences.len()];
+/// A claim that contradicts another sentence, or the verdict.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Against {
+    /// The place of its sentence.
+    pub sentence: usize,
+    /// Its place in the sentence.
+    pub claim: usize,
+    /// What it contradicts, bytes of the text.
+    pub other: Range<usize>,
+}
+
+/// The claims of sentences that contradict another sentence: they are of the same obstacle and time as a claim of it, and one
+/// excludes the other.
+pub fn contradictions(sentences: &[(Range<usize>, &[CheckedClaim])]) -> Vec<Against> {
+    let mut found: Vec<Against> = Vec::new();
     // Each claim beside those of its obstacle and time: of long texts the last ones.
     let mut before: HashMap<(i64, Option<i64>), Earlier<'_>> = HashMap::new();
-    for (place, (_, claims)) in sentences.iter().enumerate() {
-        for claim in *claims {
+    for (sentence, (span, claims)) in sentences.iter().enumerate() {
+        for (place, claim) in claims.iter().enumerate() {
             let own = before
                 .entry((claim.claim.obstacle, claim.claim.step))
                 .or_default();
-            for (other, earlier) in own.iter().filter(|(other, _)| *other != place) {
-                if excludes(earlier, claim) && found[place].last() != Some(&sentences[*other].0) {
-                    found[place].push(sentences[*other].0.clone());
-                    found[*other].push(sentences[place].0.clone());
-                }
+            let against = own
+                .iter()
+                .filter(|(at, _, earlier)| *at != sentence && excludes(earlier, claim));
+            for (other, at, _) in against {
+                found.push(Against {
+                    sentence,
+                    claim: place,
+                    other: sentences[*other].0.clone(),
+                });
+                found.push(Against {
+                    sentence: *other,
+                    claim: *at,
+                    other: span.clone(),
+                });
             }
-            own.push_back((place, claim));
+            own.push_back((sentence, place, claim));
             if own.len() > LOOKED_BACK {
                 own.pop_front();
             }
         }
     }
-    for all in &mut found {
-        all.sort_by_key(|span| span.start);
-        all.dedup();
-    }
     found
 }
 
-/// Claims with the places of their sentences.
-type Earlier<'a> = VecDeque<(usize, &'a CheckedClaim)>;
+/// The claims of sentences that the verdict of a text contradicts: of contact, or of a risk that is critical.
+pub fn against_verdict(text: &str, sentences: &[(Range<usize>, &[CheckedClaim])]) -> Vec<Against> {
+    let verdict = |key: &str| {
+        let at = text.rfind(&format!("\"{key}\""))?;
+        let rest = text[at + key.len() + 2..].trim_start().strip_prefix(':')?;
+        let value = rest.trim_start().strip_prefix("false")?;
+        Some(at..text.len() - value.len())
+    };
+    let (no_contact, not_critical) = (verdict("collision"), verdict("safety_critical"));
+    let other = |claim: &CheckedClaim| {
+        let meets = match claim.claim.stated {
+            ClaimedValue::Contact => true,
+            ClaimedValue::Word {
+                predicate,
+                is_denied: false,
+            } => matches!(predicate, Predicate::Touches | Predicate::WillTouch),
+            _ => false,
+        };
+        let is_critical = matches!(
+            claim.claim.stated,
+            ClaimedValue::Score {
+                score: 0 | 1,
+                of: RiskAspect::Overall
+            }
+        );
+        let safe = not_critical.clone().filter(|_| meets || is_critical);
+        no_contact.clone().filter(|_| meets).or(safe)
+    };
+    let all = sentences
+        .iter()
+        .enumerate()
+        .flat_map(|(sentence, (_, claims))| {
+            let own = claims.iter().enumerate();
+            own.map(move |(place, claim)| (sentence, place, claim))
+        });
+    let all = all.filter_map(|(sentence, claim, one)| {
+        Some(Against {
+            sentence,
+            claim,
+            other: other(one)?,
+        })
+    });
+    all.collect()
+}
+
+/// Claims with the places of their sentences, and their own there.
+type Earlier<'a> = VecDeque<(usize, usize, &'a CheckedClaim)>;
 
 /// Claims about one obstacle that the next one is held against.
 const LOOKED_BACK: usize = 200;
@@ -84,6 +147,9 @@ fn excludes(a: &CheckedClaim, b: &CheckedClaim) -> bool {
         (ClaimedValue::Score { score: x, of: a }, ClaimedValue::Score { score: y, of: b }) => {
             a == b && x != y
         }
+        (ClaimedValue::Score { score, of }, met) | (met, ClaimedValue::Score { score, of }) => {
+            of == RiskAspect::Overall && denies_score(met, score)
+        }
         (
             ClaimedValue::Number {
                 value: x,
@@ -114,6 +180,22 @@ fn excludes(a: &CheckedClaim, b: &CheckedClaim) -> bool {
                 || to.is_some_and(|to| value.abs() > 1.05 * to);
             one.quantity == other.quantity && is_one(one.quantity) && value.is_finite() && outside
         }
+        _ => false,
+    }
+}
+
+/// Whether a claim excludes a risk score: contact is 0, and no contact is not.
+fn denies_score(met: ClaimedValue, score: u8) -> bool {
+    match met {
+        ClaimedValue::Contact => score > 0,
+        ClaimedValue::Word {
+            predicate: Predicate::Touches,
+            is_denied: true,
+        } => score == 0,
+        ClaimedValue::Word {
+            predicate: Predicate::WillTouch,
+            is_denied,
+        } => is_denied && score == 0 || !is_denied && score > 3,
         _ => false,
     }
 }

@@ -590,18 +590,9 @@ pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<CheckedClaim> {
     claims.into_iter().map(|c| check(c, subject)).collect()
 }
 
-/// Sentences of a text that say something of the scene and of which nothing was understood, bytes.
-#[must_use]
-pub fn not_understood(text: &str, subject: &Subject<'_>) -> Vec<Range<usize>> {
-    let all = sentences(text, subject).into_iter();
-    all.filter(|one| one.claims.is_empty())
-        .map(|one| one.span)
-        .collect()
-}
-
 /// The version of finding and checking claims: grows when the same text can give other counts, so that stored ones
 /// are counted anew.
-pub const CHECK: u32 = 7;
+pub const CHECK: u32 = 8;
 
 /// The separator between reasoning and answer.
 const ANSWER: &str = "── answer ──";

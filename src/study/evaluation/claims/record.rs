@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use std::ops::Range;
 
-use super::{CheckedClaim, CheckedSentence, Judgement, SentenceOutcome, Subject};
+use super::{CheckedClaim, CheckedSentence, ClaimBasis, Judgement, SentenceOutcome, Subject};
 
 /// A sentence that says something of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -45,6 +45,8 @@ pub struct ClaimRecord {
     pub unit: &'static str,
     /// The truth, in words.
     pub truth: String,
+    /// The geometry it was checked against: exact bodies, the distance of centres, or the paper's convention.
+    pub basis: ClaimBasis,
     /// Whether its number does not hold and is none of those that the model was shown; null where that is not known.
     pub invented: Option<bool>,
 }
@@ -87,6 +89,7 @@ impl ClaimRecord {
             actual: one.truth.filter(|truth| truth.is_finite()),
             unit: one.claim.quantity.unit(),
             truth: one.is.clone(),
+            basis: one.basis,
             invented,
         }
     }

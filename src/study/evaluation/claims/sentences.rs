@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
-use super::consistency::contradictions;
+use super::consistency::{Against, against_verdict, contradictions};
 use super::number::{Number, Unit, numbers};
 use super::tokens::{find_word, has_word, is_foreign};
 use super::{CheckedClaim, ClaimedValue, Judgement, Quantity, Subject, checked, find};
@@ -201,9 +201,24 @@ pub(super) fn sentences_with(
             (one.span.clone(), claims)
         })
         .collect();
-    let against = contradictions(&all);
-    for (one, against) in found.iter_mut().zip(against) {
-        one.contradicts = against;
+    let mut against = contradictions(&all);
+    against.extend(against_verdict(text, &all));
+    for Against {
+        sentence,
+        claim,
+        other,
+    } in against
+    {
+        let one = &mut found[sentence];
+        if !one.contradicts.contains(&other) {
+            one.contradicts.push(other.clone());
+        }
+        one.claims[claim]
+            .contradicts
+            .get_or_insert(text[other].to_owned());
+    }
+    for one in &mut found {
+        one.contradicts.sort_by_key(|span| span.start);
     }
     found
 }

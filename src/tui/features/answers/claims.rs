@@ -6,7 +6,7 @@ use crate::model::{Column, Document, Model, Pane, ShownAnswer};
 use crate::request::Computation;
 use crate::update::opening;
 use nearmiss_scene::scenario::Scene;
-use nearmiss_study::evaluation::claims::{Claim, Subject, checked, not_understood};
+use nearmiss_study::evaluation::claims::{Claim, Subject, sentences};
 use std::sync::Arc;
 
 /// Requests the claims of the complete answers on the screen, once for each.
@@ -138,9 +138,8 @@ impl Computation for CheckClaims {
     fn compute(self) -> Self::Value {
         let Self(document, scene) = self;
         let subject = Subject::new(&scene, document.times, document.window);
-        let checked = checked(&document.text, &subject);
-        let unread = not_understood(&document.text, &subject);
-        (document.key, TextClaims::new(checked, unread))
+        let found = sentences(&document.text, &subject);
+        (document.key, TextClaims::new(found))
     }
 
     fn take(model: &mut Model, (key, claims): Self::Value) {

@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use crate::model::{Model, ShownAnswer};
 use crate::widgets::long_text::{MarkedClaims, folds_at};
-use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, TimeOrigin, shown_text};
+use nearmiss_study::evaluation::claims::{
+    CheckedClaim, CheckedSentence, Judgement, TimeOrigin, shown_text,
+};
 
 /// Claims that are known, by what they were found in.
 #[derive(Debug, Default)]
@@ -32,9 +34,16 @@ pub struct TextClaims {
 }
 
 impl TextClaims {
-    /// Claims and sentences that were not understood.
+    /// Of the sentences of a text.
     #[must_use]
-    pub fn new(checked: Vec<CheckedClaim>, unread: Vec<Range<usize>>) -> Self {
+    pub fn new(sentences: Vec<CheckedSentence>) -> Self {
+        let unread = { sentences.iter() }
+            .filter(|one| one.claims.is_empty())
+            .map(|one| one.span.clone())
+            .collect();
+        let checked: Vec<CheckedClaim> = { sentences.into_iter() }
+            .flat_map(|one| one.claims)
+            .collect();
         let mut listed: Vec<(usize, usize)> = Vec::new();
         for (place, claim) in checked.iter().enumerate() {
             let same = |other: &CheckedClaim| other.line() == claim.line();

@@ -1,4 +1,5 @@
-//! The claim language is read back as it was written, and a second reader's sentences are no more than that.
+//! The claim language is read back as it was written, a second reader's sentences are no more than that, and what sentences
+//! contradict.
 
 use super::*;
 use crate::evaluation::claims::{samples, translation_schema, untranslated, written};
@@ -119,4 +120,67 @@ fn a_translation_is_checked_like_the_sentence_and_has_no_numbers_of_its_own() {
             .is_err()
     );
     assert!(translation_schema().to_string().contains("claims"));
+}
+
+/// Whether the first sentence of a text contradicts something, and what its first claim says of it.
+fn contradicts(text: &str) -> Option<String> {
+    let scene = scene();
+    let (.., window) = cast(&scene);
+    let subject = Subject::new(&scene, TimeOrigin::Recording, Some(window));
+    let found = sentences(text, &subject);
+    let first = &found[0];
+    let claim = first.claims.iter().find_map(|one| one.contradicts.clone());
+    assert_eq!(claim.is_some(), !first.contradicts.is_empty(), "{first:?}");
+    claim
+}
+
+#[test]
+fn scores_verdicts_and_sentences_contradict_each_other() {
+    let scene = scene();
+    let (id, other, _) = cast(&scene);
+    for (text, is_against) in [
+        (
+            format!("Obstacle {id} will collide with the ego.\nObstacle {id}: risk score 5."),
+            true,
+        ),
+        (
+            format!("Obstacle {id} will collide with the ego.\nObstacle {other}: risk score 5."),
+            false,
+        ),
+        (
+            format!("Obstacle {id} touches the ego.\nObstacle {id}: risk score 0."),
+            false,
+        ),
+        (
+            format!("Obstacle {id} does not touch the ego.\nObstacle {id}: risk score 0."),
+            true,
+        ),
+        (
+            format!("Obstacle {id} is approaching.\nObstacle {id} is moving away."),
+            true,
+        ),
+        (
+            format!("Obstacle {id} will collide with the ego.\n{{\"collision\": false}}"),
+            true,
+        ),
+        (
+            format!("Obstacle {id} will collide with the ego.\n{{\"collision\": true}}"),
+            false,
+        ),
+        (
+            format!("Obstacle {id} will not collide with the ego.\n{{\"collision\": false}}"),
+            false,
+        ),
+        (
+            format!("Obstacle {id}: risk score 1.\n{{\"safety_critical\": false}}"),
+            true,
+        ),
+        (
+            format!("Obstacle {id}: risk score 3.\n{{\"safety_critical\": false}}"),
+            false,
+        ),
+    ] {
+        let said = contradicts(&text);
+        assert_eq!(said.is_some(), is_against, "{text}: {said:?}");
+    }
 }

@@ -38,6 +38,14 @@ fn relation(scene: &Scene, id: i64, step: i64) -> nearmiss_scene::metrics::Relat
     Encounter::at(scene, &who, step).unwrap().relation()
 }
 
+/// Sentences of which nothing was understood, bytes.
+fn not_understood(text: &str, subject: &Subject<'_>) -> Vec<Range<usize>> {
+    let all = sentences(text, subject).into_iter();
+    all.filter(|one| one.claims.is_empty())
+        .map(|one| one.span)
+        .collect()
+}
+
 /// What is found: whom, what, the words, the step named.
 fn found(text: &str) -> Vec<(i64, Quantity, String, Option<i64>)> {
     let scene = scene();
