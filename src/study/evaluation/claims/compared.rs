@@ -182,8 +182,8 @@ impl Speech<'_> {
         };
         let is_near = sign < noun && noun - sign <= 3
             || sign > noun
-                && sign - noun <= 4
-                && (noun..sign).any(|i| self.is(i, "is becomes remains are was"));
+                && sign - noun <= if self.is(sign + 1, "direction") { 6 } else { 4 }
+                && (noun..sign).any(|i| self.is(i, "is becomes remains are was has"));
         let is_relative = (sign.min(noun).saturating_sub(3)..noun.max(sign))
             .any(|i| self.is(i, "relative longitudinal lateral closing"));
         if !is_near
@@ -201,33 +201,46 @@ impl Speech<'_> {
             .clone()
             .chain(noun.saturating_sub(2)..noun)
             .any(|i| self.is(i, "lateral"));
-        let predicate = Predicate::Signed(!is_lateral, self.is(sign, "positive"));
-        for id in self.pair(clause) {
-            self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
+        // "Negative relative velocities" are those along both axes.
+        let names_one = at
+            .clone()
+            .any(|i| self.is(i, "lateral longitudinal closing"));
+        let is_both = self.is(noun, "velocities") && !names_one;
+        for long in [true, false] {
+            if long == is_lateral && !is_both {
+                continue;
+            }
+            let predicate = Predicate::Signed(long, self.is(sign, "positive"));
+            for id in self.pair(clause) {
+                self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
+            }
         }
     }
 
     /// Comparisons with another obstacle, and with all.
     pub(super) fn comparisons(&self, clause: &Clause, found: &mut Vec<Said>) {
         for ((of, is_more, is_most), at) in COMPARATIVES.all(self.tokens, clause.at.clone()) {
-            // "The ego is faster": the other is slower.
+            // "The ego is faster than both".
             if clause.who == Who::Ego && of == Dimension::Speed && !is_most {
                 let than = self
                     .references
                     .iter()
                     .find(|r| r.at.start > at.start && clause.at.contains(&r.at.start));
-                let other = than.and_then(|r| match r.who {
-                    Named::Obstacle(id) => Some(id),
-                    _ => clause.topic,
-                });
-                let other = other.or(clause.topic);
-                if let (Some(id), Some(is_denied)) = (other, self.denial(clause, at.start)) {
-                    let predicate = if is_more {
-                        Predicate::SlowerThanEgo
-                    } else {
-                        Predicate::FasterThanEgo
-                    };
-                    self.push(found, clause, at, Some(id), (predicate, is_denied));
+                let others = match than.map(|r| r.who) {
+                    Some(Named::Obstacle(id)) => vec![id],
+                    Some(Named::Both) => self.both.map_or(Vec::new(), Vec::from),
+                    _ => clause.topic.into_iter().collect(),
+                };
+                let Some(is_denied) = self.denial(clause, at.start) else {
+                    continue;
+                };
+                for id in others {
+                    let predicate = Predicate::Compared(Compared {
+                        of,
+                        is_more,
+                        than: Some(id),
+                    });
+                    self.push(found, clause, at.clone(), None, (predicate, is_denied));
                 }
                 continue;
             }

@@ -48,6 +48,10 @@ impl Speech<'_> {
             return;
         }
         let will = is_coming || says("expected predicted ahead soon happen") && act == Act::Contact;
+        // "No overlap with the ego's lanelet".
+        if act == Act::Touches && after("lanelet lane path trajectory course") {
+            return;
+        }
         if act == Act::Contact
             && self.is(
                 at.end,

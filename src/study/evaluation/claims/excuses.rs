@@ -7,6 +7,26 @@ use super::{Claim, ClaimedValue, Quantity, Subject};
 
 /// Another possible meaning of the claim at that step; `None` if it is plainly wrong.
 pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
+    // A change may lead to what a number can mean, too.
+    if let ClaimedValue::Change {
+        to,
+        decimals,
+        rough,
+        ..
+    } = claim.stated
+    {
+        let stated = ClaimedValue::Number {
+            value: to,
+            decimals,
+            rough,
+            magnitude: to >= 0.0,
+        };
+        let end = Claim {
+            stated,
+            ..claim.clone()
+        };
+        return excuse(&end, subject, step);
+    }
     let ClaimedValue::Number {
         value, decimals, ..
     } = claim.stated

@@ -3,14 +3,15 @@
 use super::Quantity;
 use super::clauses::Who;
 use super::find::ends_with_word;
-use super::number::{Number, Unit, axis, find_axis, from_ego, only_axis, without_reference};
+use super::number::{
+    Number, Unit, axis, divisions, find_axis, from_ego, only_axis, without_reference,
+};
 use super::phrases;
 use super::places::{PLACES, Placed};
 use super::references::Named;
 use super::sentence::Sentence;
 use super::stated::BOUNDS;
 use super::tokens::{denies, has_word};
-use super::verbs::{Act, VERBS};
 
 /// Words for lengths other than a distance to the ego.
 pub(super) const OTHER_LENGTHS: &[&str] = &[
@@ -45,6 +46,16 @@ pub(super) const OTHER_LENGTHS: &[&str] = &[
     "sum",
     "total",
 ];
+
+/// Whether another number follows that is joined to one: "and 3 m", "/ 3 m".
+pub(super) fn goes_on(after: &str) -> bool {
+    let joint = ["&", ",", "/", "and "];
+    let rest = joint.iter().find_map(|joint| after.strip_prefix(joint));
+    rest.is_some_and(|rest| {
+        let number = rest.trim_start_matches([' ', '*', '-', '−', '~', '≈', '(']);
+        number.starts_with(|c: char| c.is_ascii_digit())
+    })
+}
 
 /// Whether what follows seconds is the contact that they lead to: "before impact", "to the collision".
 pub(super) fn is_before_contact(after: &str) -> bool {
@@ -90,7 +101,7 @@ impl Sentence<'_> {
         }
         // "Longitudinal & lateral distance: 0.45 m & -2.04 m": which is which is not said beside the number.
         let both = near.contains("longitudinal") && near.contains("lateral");
-        if both && (after.starts_with(['&', ',', '/']) || after.starts_with("and ")) {
+        if both && goes_on(after) {
             return None;
         }
         let near_or_above = format!("{} {near}", self.above);
@@ -105,11 +116,15 @@ impl Sentence<'_> {
                 || is_short && !near.contains("laterally") && !near.contains("longitudinally");
             if is_near { axis(near) } else { None }
         });
+        // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
+        let equals = near.contains(['=', '≈']) || near.contains("approx");
+        let is_calculated = number.unit == Unit::Second && equals;
         let axis = named.or_else(|| {
-            // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
-            let equals = near.contains(['=', '≈']) || near.contains("approx");
-            let calculated = number.unit == Unit::Second && equals;
-            let before = if calculated { only_axis(before) } else { None };
+            let before = if is_calculated {
+                only_axis(before)
+            } else {
+                None
+            };
             before.or_else(|| axis(self.above))
         });
         let time = |text: &str| {
@@ -165,14 +180,18 @@ impl Sentence<'_> {
             Unit::Second if axis.is_some() && has_word(own, "time") => {
                 Some((if axis == Some(true) { TtcLong } else { TtcLat }, false))
             }
-            Unit::Second if time(&near_or_above) || (time(before) && axis.is_some()) => Some((
-                match axis {
-                    None => Ttc,
-                    Some(true) => TtcLong,
-                    Some(false) => TtcLat,
-                },
-                false,
-            )),
+            Unit::Second
+                if time(&near_or_above) || time(before) && (axis.is_some() || is_calculated) =>
+            {
+                Some((
+                    match axis {
+                        None => Ttc,
+                        Some(true) => TtcLong,
+                        Some(false) => TtcLat,
+                    },
+                    false,
+                ))
+            }
             Unit::Metre => {
                 let first_word = after
                     .split(|c: char| !c.is_alphanumeric())
@@ -241,7 +260,10 @@ impl Sentence<'_> {
                         true,
                     ));
                 }
-                if OTHER_LENGTHS.iter().any(|word| has_word(own, word))
+                // "Longitudinal MDC".
+                let is_other = |word: &&&str| **word != "mdc" || axis.is_none();
+                let mut others = OTHER_LENGTHS.iter().filter(is_other);
+                if others.any(|word| has_word(own, word))
                     || axis.is_none()
                         && ["mdc", "dce", "min"]
                             .iter()
@@ -249,7 +271,7 @@ impl Sentence<'_> {
                     || has_word(clause, "position")
                     || axis.is_none() && has_word(self.above, "mdc")
                     || ["long", "wide", "high", "lane"].contains(&first_word)
-                    || time(near)
+                    || time(said)
                 {
                     return None;
                 }
@@ -382,7 +404,11 @@ impl Sentence<'_> {
                         let slower = near.contains("decelerat")
                             || near.contains("brak")
                             || near.contains("slow");
-                        let named = slower || near_or_above.contains("accelerat");
+                        // "Brakes (2.7 m/s, -5.0 m/s²)".
+                        let is_second = last == Some(Unit::Speed) && near.trim() == ",";
+                        let named = slower
+                            || near_or_above.contains("accelerat")
+                            || is_second && !relative(before);
                         named.then_some((Acceleration, slower))
                     }
                     _ => None,
@@ -415,18 +441,9 @@ impl Sentence<'_> {
 
     /// What a number is in a division of a length by a speed: "8.45 m / 6.87 m/s = 1.23 s".
     pub(super) fn in_quotient(&self, place: usize) -> Option<Quantity> {
-        let parts = (place.saturating_sub(2)..=place).find_map(|from| {
-            let parts = self.numbers.get(from..from + 3)?;
-            let between = |i: usize| {
-                let text = self.lower.get(parts[i].span.end..parts[i + 1].span.start);
-                text.unwrap_or("?")
-                    .trim_matches([' ', '*', '`', ')', '(', '~', '$', '\\', '{', '}', '|'])
-            };
-            let divides = ["/", "÷"].contains(&between(0));
-            let gives = between(1).starts_with(['=', '≈']) || between(1).starts_with("approx");
-            (divides && gives && parts[2].unit == Unit::Second).then_some((from, parts))
-        });
-        let (from, parts) = parts?;
+        let (from, parts) = divisions(self.lower, self.numbers).find(|(from, parts)| {
+            (*from..from + 3).contains(&place) && parts[2].unit == Unit::Second
+        })?;
         let before = &self.lower[..parts[0].span.start];
         let after = self.lower[parts[2].span.end..].trim_start_matches(['*', ' ', '`']);
         let own = before.rsplit([',', ';']).next().unwrap_or(before);
@@ -653,78 +670,6 @@ impl Sentence<'_> {
         .trim_end();
         (ends_with_word(bare, "in") || ends_with_word(bare, "within"))
             && words.iter().any(|word| has_word(bare, word))
-    }
-
-    /// Whether the verb before a speed says how a distance changes: "draws away at 5 m/s".
-    pub(super) fn is_of_distance(&self, number: &Number) -> bool {
-        let Some(clause) = self.clause(number.span.start) else {
-            return false;
-        };
-        let place = |at: usize| {
-            self.tokens
-                .iter()
-                .position(|t| t.span.start >= at)
-                .unwrap_or(clause.at.end)
-        };
-        let (from, to) = (place(self.begins(number).0), place(number.span.start));
-        let verbs = VERBS.all(self.tokens, from..to.max(from));
-        const OWN: [&str; 5] = ["walk", "rid", "run", "driv", "travel"];
-        let is_own =
-            |at: &std::ops::Range<usize>| OWN.contains(&self.tokens[at.start].stem.as_str());
-        verbs
-            .iter()
-            .any(|(act, at)| matches!(act, Act::Nears(_) | Act::Approaches) && !is_own(at))
-            && !verbs.iter().any(|(act, _)| *act == Act::Moves)
-    }
-
-    /// Whether a speed is that of whom its clause is about: "doing 50 km/h", "our speed is 8 m/s".
-    pub(super) fn is_own(&self, number: &Number) -> bool {
-        const SAYS: &str = "speed velocity pace moving moves driving drives doing going riding walking rolling running travelling \
-        traveling cruising";
-        let Some(clause) = self.clause(number.span.start) else {
-            return false;
-        };
-        let begin = self.begins(number).0;
-        let words = self.tokens.iter().filter(|t| t.span.start >= begin);
-        let before = words.take_while(|t| t.span.start < number.span.start);
-        let mut before = before.collect::<Vec<_>>();
-        before.truncate(12);
-        let is_relative = before
-            .iter()
-            .any(|t| t.is("relative closing limit than difference lateral longitudinal"));
-        let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
-        let is_compared = [
-            "faster",
-            "slower",
-            "more",
-            "less",
-            "relative",
-            "closing",
-            "difference",
-        ]
-        .iter()
-        .any(|word| after.starts_with(word));
-        // "At 24 m/s the lorry …": of whom is not told.
-        let first = self
-            .references
-            .iter()
-            .find(|r| clause.at.contains(&r.at.start));
-        let is_before =
-            first.is_some_and(|r| self.tokens[r.at.start].span.start > number.span.start);
-        if is_before && matches!(clause.who, Who::Obstacles(_)) {
-            return false;
-        }
-        let towards = before.iter().any(|t| t.is("toward towards"));
-        let walks = before
-            .iter()
-            .any(|t| ["walk", "rid", "run"].contains(&t.stem.as_str()));
-        let is_vague = matches!(clause.who, Who::Obstacles(_)) && towards && !walks;
-        let at =
-            "at with about of roughly around does do steady constant over only still is v = to";
-        let is_near = before.last().is_none_or(|t| {
-            t.is(at) || t.word.ends_with("ly") || t.number.is_some() || !t.is_word()
-        });
-        !is_relative && !is_compared && !is_vague && (is_near || before.iter().any(|t| t.is(SAYS)))
     }
 
     pub(super) fn rough(&self, from: usize, to: usize) -> bool {

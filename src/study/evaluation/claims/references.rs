@@ -25,6 +25,8 @@ pub enum Named {
     Ego,
     /// No one: "no vehicle".
     Nobody,
+    /// The only two obstacles that the text names: "both obstacles".
+    Both,
     /// Someone or something else, or several.
     Other,
 }
@@ -406,6 +408,11 @@ impl<'a> Reader<'a> {
         if token.is(OTHERS) {
             return plain(Named::Other, at + 1);
         }
+        if token.is("both") {
+            let next = (at + 1..at + 4).find(|i| !self.is(*i, "of the these"))?;
+            let end = next + usize::from(self.is(next, "obstacles objects"));
+            return plain(Named::Both, end).filter(|_| end > next);
+        }
         if token.is("nobody none") {
             return plain(Named::Nobody, at + 1);
         }
@@ -512,6 +519,13 @@ impl<'a> Reader<'a> {
         }
         // Without an article only the beginning of a note: "Car ahead brakes", "oncoming bus".
         let is_someone = self.is(from, "somebody someone");
+        // "Both ego and obstacle are", "(obstacle behind)".
+        let is_joined = self.is(from, "obstacle")
+            && before.is_some_and(|i| self.is(i, "and ( while as , :"))
+            && end == from + 1;
+        if is_joined {
+            return reference(Named::It, end, Vec::new());
+        }
         if !has_determiner && from != 0 && says.is_empty() && !is_someone {
             return None;
         }

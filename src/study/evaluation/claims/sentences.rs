@@ -345,9 +345,11 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
         let parts = clauses(cell).into_iter();
         parts.map(move |(from, clause)| (at + from, clause))
     });
+    // What stands before the first colon is a label.
+    let label = lower.find(':').unwrap_or(0);
     let clause = { parts }.any(|(from, clause)| {
         let span = from..from + clause.len();
-        let has_claim = covers(&span);
+        let has_claim = covers(&span) || span.end <= label + 1;
         { words(clause) }.any(|(at, word)| {
             let own = from + at..from + at + word.len();
             (begins(word, MOVING) || !has_claim && begins(word, PLACED))
@@ -403,7 +405,7 @@ fn is_of_number(clause: &str, at: usize, word: &str) -> bool {
                 .strip_suffix(unit)
                 .is_some_and(|rest| rest.trim_end().ends_with(|c: char| c.is_ascii_digit()))
         });
-    word == "away" && has_unit
+    word == "away" && (has_unit || before.ends_with("far"))
         || ["speed", "velocity"]
             .iter()
             .any(|noun| after.starts_with(noun))

@@ -30,6 +30,8 @@ pub struct Speech<'a> {
     pub above: &'a str,
     /// Whether it is a field or a cell that asks for a place.
     pub asks_place: bool,
+    /// Whom "both obstacles" means.
+    pub both: Option<[i64; 2]>,
     pub lower: &'a str,
 }
 
@@ -210,12 +212,19 @@ impl Speech<'_> {
             let Some(is_denied) = self.denial(clause, at.start) else {
                 continue;
             };
-            let pair = self.pair(clause);
+            let is_distance = matches!(act, Act::Nears(_) | Act::Approaches);
+            let mut pair = self.pair(clause);
+            // "The ego is closing the gap": to whom all of it is about.
+            let is_of_another = self.is(at.end, "from") && !self.is_named(at.end + 1);
+            if clause.who == Who::Ego && pair.is_empty() && is_distance && !is_of_another {
+                pair.extend(clause.topic);
+            }
             match act {
                 Act::Nears(_) | Act::Approaches => {
                     if act == Act::Approaches && !self.is_of_ego(at.end, clause) {
                         continue;
                     }
+                    let is_denied = is_denied || self.is(at.start, "no zero without");
                     let nears = !matches!(act, Act::Nears(false));
                     // "I am pulling away again".
                     if clause.who == Who::Ego
@@ -305,11 +314,16 @@ impl Speech<'_> {
         self.is(at, HOW)
             || self.tokens[at].word.ends_with("ly")
             || !self.tokens[at].is_word()
-            || (at..at + 3).any(|i| {
-                self.reference_at(i)
-                    .is_some_and(|r| matches!(r.who, Named::Ego | Named::Obstacle(_)))
-            })
+            || self.is_named(at)
             || self.is(at, "the") && (at..at + 4).any(|i| self.is(i, "distance gap"))
+    }
+
+    /// Whether a participant is named right at a place.
+    fn is_named(&self, at: usize) -> bool {
+        (at..at + 3).any(|i| {
+            self.reference_at(i)
+                .is_some_and(|r| matches!(r.who, Named::Ego | Named::Obstacle(_) | Named::It))
+        })
     }
 
     /// The axes along which a clause speaks: those that it names, or that its label or what it stands under does.
@@ -329,7 +343,13 @@ impl Speech<'_> {
         let words = &self.tokens[clause.at.clone()];
         let says = |word: &str| words.iter().any(|t| t.is(word));
         match own.as_slice() {
-            [one] => return vec![*one],
+            // "Longitudinally (3 m/s) and laterally".
+            [one] => {
+                let close = (clause.at.end..clause.at.end + 4).find(|i| self.is(*i, ")"));
+                let other = close.filter(|i| self.is(clause.at.end, "(") && self.is(i + 1, "and"));
+                let other = other.map_or(Vec::new(), |i| named(i + 2..i + 3));
+                return std::iter::once(*one).chain(other).collect();
+            }
             [_, _] if says("both") || says("and") => return own,
             [_, _] => return Vec::new(),
             _ => {}
@@ -341,17 +361,32 @@ impl Speech<'_> {
         if is_both {
             return vec![Some(true), Some(false)];
         }
+        // "Longitudinal -3 m/s, lateral -2 m/s (both approaching)".
+        let is_bracket = clause.at.start > 0 && self.is(clause.at.start - 1, "(");
+        let before = named(0..clause.at.start);
+        if is_bracket && self.is(clause.at.start, "both") && before.len() == 2 {
+            return before;
+        }
         let labelled = named(clause.label.clone());
         if let [one] = labelled.as_slice() {
             return vec![*one];
         }
         // "Lateral 2 m (approaching)": the part before the bracket.
-        if clause.at.start > 0 && self.is(clause.at.start - 1, "(") && at.start == clause.at.start {
+        if is_bracket && at.start == clause.at.start {
             let part = &self.tokens[..clause.at.start - 1];
             let from = part.iter().rposition(|t| t.is(", ;")).map_or(0, |i| i + 1);
             if let [one] = named(from..clause.at.start - 1).as_slice() {
                 return vec![*one];
             }
+        }
+        // "Lateral TTC = 3 s (approaching)": in a field that names one.
+        let head = self
+            .tokens
+            .iter()
+            .position(|t| t.is(": ="))
+            .filter(|i| *i < 6);
+        if let Some([one]) = head.map(|end| named(0..end)).as_deref() {
+            return vec![*one];
         }
         vec![super::number::axis(self.above)]
     }

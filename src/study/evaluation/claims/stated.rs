@@ -121,7 +121,8 @@ impl Sentence<'_> {
             return Vec::new();
         }
         let next = after.trim_start_matches(['<', '≤', '>', '≥', '=', ' ']);
-        if next.len() < after.len() && next.starts_with(char::is_alphabetic) {
+        let is_result = next.starts_with("approx") || next.starts_with("about");
+        if next.len() < after.len() && next.starts_with(char::is_alphabetic) && !is_result {
             return Vec::new();
         }
         // "From 3 m on".
@@ -142,7 +143,9 @@ impl Sentence<'_> {
         let Some(bound) = bound else {
             return Vec::new();
         };
+        let owner = self.own_speed(number);
         let (quantity, magnitude) = match self.quantity(place, from) {
+            _ if owner.is_some() => (Quantity::Speed, false),
             Some(found) => found,
             // "A TTC of 1.2 s is below 1 s": the same quantity again.
             None => match last {
@@ -158,7 +161,9 @@ impl Sentence<'_> {
             }
             _ => Self::met(clause),
         };
-        let Some(of) = of else { return Vec::new() };
+        let Some(of) = owner.or(of) else {
+            return Vec::new();
+        };
         // "Accelerates with 2 m/s²" is no braking, and "brakes with 2 m/s²" is.
         let verb = if quantity == Quantity::Acceleration {
             change_of_speed(near)
@@ -199,9 +204,23 @@ impl Sentence<'_> {
         };
         // "Relative velocity: 0 m/s in both dimensions", "TTClong and TTClat are both 0 s", "2 m longitudinally and laterally".
         let own = &self.lower[self.begins(number).0.min(number.span.start)..number.span.start];
+        // Of both that are named before it, where no second number follows.
+        let next = self.numbers.get(place + 1);
+        let is_only = next.is_none_or(|next| {
+            let between = self.lower.get(number.span.end..next.span.start);
+            next.unit != number.unit || between.is_some_and(|text| axis(text).is_some())
+        });
+        const JOINT: [&str; 5] = [
+            "longitudinal and lateral",
+            "lateral and longitudinal",
+            "longitudinally and laterally",
+            "laterally and longitudinally",
+            "ttclong and ttclat",
+        ];
         let names = |text: &str| text.contains("long") && text.contains("lat");
+        let is_joint = JOINT.iter().any(|words| own.contains(words));
         let is_both = after.starts_with("in both ")
-            || names(own) && has_word(own, "both")
+            || (is_joint || names(own) && has_word(own, "both")) && is_only
             || after.starts_with("longitudinally and laterally");
         let across = match quantity {
             Quantity::VelocityLong | Quantity::VelocityLat => {
@@ -266,8 +285,20 @@ impl Sentence<'_> {
             return None;
         }
         let is_symbol = |words: &str| !words.starts_with(char::is_alphabetic);
-        let word = BOUNDS.iter().find(|(words, _)| {
-            is_symbol(words) && own.contains(words) || !is_symbol(words) && has_word(&own, words)
+        // "As indicated by a gap of 3 m" bounds nothing.
+        let last: Vec<&str> = words.iter().copied().rev().collect();
+        let last = last.join(" ");
+        let word = BOUNDS.iter().find(|(words, above)| {
+            let text = if *words == "by"
+                && above.is_none()
+                && !own.ends_with("by ")
+                && has_word(&own, "of")
+            {
+                last.as_str()
+            } else {
+                own.as_str()
+            };
+            is_symbol(words) && text.contains(words) || !is_symbol(words) && has_word(text, words)
         });
         let is_above = match word {
             Some(("by", None))
@@ -395,14 +426,25 @@ impl Sentence<'_> {
         });
         { pairs }.find(|pair| {
             let between = self.lower.get(pair[0].span.end..pair[1].span.start);
-            let between = between.unwrap_or("?").trim();
-            // "From 3.75 m (4.8 s) to 0.2 m".
+            let between = between.unwrap_or("?").trim_matches([' ', '~', '≈', '*']);
+            // "From 3.75 m (4.8 s) to 0.2 m", "from 3.75 m at 4.8 s to 0.2 m".
             let between = match (between.starts_with('('), between.rfind(')')) {
                 (true, Some(end)) => between[end + 1..].trim(),
+                _ if between.starts_with("at ") => between.rsplit(' ').next().unwrap_or(between),
                 _ => between,
             };
-            let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~']);
-            let is_from = before.ends_with("from") && between == "to";
+            let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~', '≈']);
+            let is_from = ["from", "from about", "from approximately", "from around"]
+                .iter()
+                .any(|words| before.ends_with(words))
+                && between == "to";
+            // "Shrinks (25 m to 20 m)".
+            let said = before.strip_suffix('(').unwrap_or_default();
+            let is_change = [
+                "increas", "decreas", "chang", "grow", "shrink", "clos", "widen",
+            ];
+            let is_from =
+                is_from || between == "to" && is_change.iter().any(|word| said.contains(word));
             let is_arrow = ["→", "->"].contains(&between);
             let same = pair[0].unit == pair[1].unit || pair[0].unit == Unit::None;
             (is_from || is_arrow) && same
@@ -411,11 +453,12 @@ impl Sentence<'_> {
 
     /// From one number to another: "the gap decreased from 9 m to 7.8 m".
     pub(super) fn change(&self) -> Option<Claim> {
-        if denies(self.lower) {
-            return None;
-        }
         let pair = self.pair()?;
         let clause = self.clause(pair[0].span.start)?;
+        let own = self.tokens[clause.at.start].span.start..pair[1].span.end;
+        if denies(self.lower.get(own).unwrap_or_default()) {
+            return None;
+        }
         let before = &self.lower[..pair[0].span.start];
         let says = |words: &[&str]| {
             words
@@ -463,6 +506,7 @@ impl Sentence<'_> {
             from: pair[0].value * scale,
             to: pair[1].value,
             decimals: pair[0].decimals.min(pair[1].decimals),
+            rough: self.rough(pair[0].span.start.saturating_sub(12), pair[1].span.start),
         };
         let mut claim = self.claim(
             pair[0].span.start..pair[1].span.end,

@@ -62,6 +62,23 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Nears(true),
         ),
         ("close gap", Nears(true)),
+        ("move|drive|head|travel|come toward|towards", Approaches),
+        (
+            "=closing|=approaching ?longitudinal|lateral trend|motion|movement|pattern|action|tendency|trajectory|trajectories",
+            Nears(true),
+        ),
+        (
+            "=no|=zero ?active|significant|further|relative ?longitudinal|lateral =closing ?longitudinal|lateral|relative velocity|speed|rate",
+            Nears(true),
+        ),
+        (
+            "=no|=without ?immediate|significant longitudinal|lateral convergence",
+            Nears(true),
+        ),
+        (
+            "=no|=without ?immediate|significant convergence longitudinally|laterally",
+            Nears(true),
+        ),
         (
             "velocity|motion|movement|directed|moving|travelling|traveling toward|towards ego|us|me",
             Nears(true),
@@ -220,6 +237,15 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
         ),
         // Directions.
         ("same direction|way|heading", Pair(P::SameWay)),
+        (
+            "move|drive|travel|goes|run|head|ride|walk parallel ?to|with ?ego|us|me",
+            Pair(P::Parallel),
+        ),
+        ("parallel to|with ego|us|me", Pair(P::Parallel)),
+        (
+            "on|in|with|along|maintain|follow parallel trajectory|path|course",
+            Pair(P::Parallel),
+        ),
         ("opposite|opposing|other ?way|direction|heading", Other),
         ("opposite|opposing direction|way|heading", Pair(P::Oncoming)),
         (

@@ -3,6 +3,7 @@
 
 mod forms;
 mod random;
+mod recorded;
 mod unread;
 mod words;
 

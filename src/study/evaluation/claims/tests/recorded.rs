@@ -1,0 +1,221 @@
+//! Forms of recorded answers: the ego's own claims, parts under their own headings, formulas, both axes at once.
+
+use super::*;
+
+/// What an obstacle and the ego are at a step of the bundled cut-in.
+struct Moment {
+    scene: Scene,
+    id: i64,
+    window: (i64, i64),
+}
+
+/// Numbers of that moment, each with what it is called in the texts.
+fn moment() -> (Moment, Vec<(&'static str, f64)>) {
+    let scene = scene();
+    let (id, window) = (301, (35, 44));
+    let who = scene.participants().find(|p| p.obstacle.id == id).unwrap();
+    let now = Encounter::at(&scene, &who, window.1).unwrap();
+    let relation = now.relation();
+    let network = &scene.scenario.network;
+    let lanelet = |place| network.lanelets_at(place)[0] as f64;
+    let facts = vec![
+        ("EX", now.ego.pose.position.x),
+        ("EY", now.ego.pose.position.y),
+        ("OX", now.other.pose.position.x),
+        ("OY", now.other.pose.position.y),
+        ("EV", now.ego.velocity),
+        ("OV", now.other.velocity),
+        ("EL", lanelet(&now.ego.pose.position)),
+        ("OL", lanelet(&now.other.pose.position)),
+        ("GX", relation.gap_long),
+        ("GY", relation.gap_lat),
+        ("VX", relation.velocity.x),
+        ("VY", relation.velocity.y),
+    ];
+    (Moment { scene, id, window }, facts)
+}
+
+impl Moment {
+    /// What the sentences of a text come to.
+    fn outcomes(&self, text: &str) -> Vec<SentenceOutcome> {
+        let subject = Subject::new(&self.scene, TimeOrigin::Recording, Some(self.window));
+        let all = sentences(text, &subject).into_iter();
+        all.map(|one| one.outcome).collect()
+    }
+
+    /// The claims of a text: of whom (0 for the ego), and as what.
+    fn claims(&self, text: &str) -> Vec<(i64, Quantity, String)> {
+        let subject = Subject::new(&self.scene, TimeOrigin::Recording, Some(self.window));
+        let all = checked(text, &subject).into_iter();
+        all.map(|one| {
+            let of = if one.claim.is_of_ego {
+                0
+            } else {
+                one.claim.obstacle
+            };
+            (of, one.claim.quantity, one.stated())
+        })
+        .collect()
+    }
+}
+
+/// A text with the numbers of a moment in it, those behind "~" moved.
+fn filled(text: &str, id: i64, facts: &[(&str, f64)]) -> String {
+    let mut text = text.replace("ID", &id.to_string());
+    for (name, value) in facts {
+        let digits = if name.ends_with('L') { 0 } else { 2 };
+        text = text
+            .replace(&format!("<-{name}>"), &format!("{:.digits$}", value + 77.0))
+            .replace(&format!("<{name}>"), &format!("{value:.digits$}"));
+    }
+    text
+}
+
+#[test]
+fn what_is_said_of_the_ego_and_of_both_is_checked() {
+    let (moment, facts) = moment();
+    for text in [
+        "The ego is in lanelet <EL>.",
+        "Both the ego and obstacle ID are in lanelet <EL>.",
+        "Obstacle ID is at (<OX>, <OY>) and the ego is at (<EX>, <EY>).",
+        "Obstacle ID: position (<OX>, <OY>) vs Ego (<EX>, <EY>).",
+        "Obstacle ID: speeds ego (<EV> m/s), obstacle (<OV> m/s).",
+        "Obstacle ID is at X: <OX>, Y: <OY>.",
+        "1. **Ego Vehicle (9)**:\n   - Position: (<EX>, <EY>)",
+        "- **Ego Vehicle at 4.4 seconds:**\n  - Velocity: <EV> m/s",
+    ] {
+        let good = filled(text, moment.id, &facts);
+        assert_eq!(moment.outcomes(&good), [SentenceOutcome::Right], "{good}");
+        let bad = filled(
+            &text.replace("<E", "<-E").replace("<O", "<-O"),
+            moment.id,
+            &facts,
+        );
+        assert_eq!(moment.outcomes(&bad), [SentenceOutcome::Wrong], "{bad}");
+    }
+}
+
+#[test]
+fn formulas_and_both_axes_have_several_numbers() {
+    let (moment, facts) = moment();
+    for (text, count) in [
+        (
+            "Obstacle ID: longitudinal TTC: 12.00 m / 2.50 m/s = approximately 4.80 seconds",
+            4,
+        ),
+        (
+            "Obstacle ID: longitudinal TTC = \\frac{12.00 \\text{ m}}{|2.50 \\text{ m/s}|} \\approx 4.80 \\text{ seconds}",
+            4,
+        ),
+        ("Obstacle ID: TTC: ~4.96 / (1.87 - 0.06) = 2.74 s", 1),
+        (
+            "Obstacle ID has a longitudinal and lateral distance of 7.00 m.",
+            2,
+        ),
+        ("Obstacle ID has zero longitudinal and lateral distance.", 2),
+        (
+            "Obstacle ID touches nothing, as indicated by a longitudinal distance of 7.0 meters.",
+            1,
+        ),
+        (
+            "Obstacle ID: gap 8.02 m (absolute longitudinal), 1.00 m (lateral).",
+            2,
+        ),
+        ("Obstacle ID: the distance shrinks (~25 m to ~20 m).", 2),
+        ("Obstacle ID is braking (2.67 m/s, -5.02 m/s²).", 3),
+    ] {
+        let text = filled(text, moment.id, &facts);
+        let found = moment.claims(&text);
+        assert_eq!(found.len(), count, "{text}: {found:?}");
+        assert!(
+            found.iter().all(|one| one.0 == moment.id),
+            "{text}: {found:?}"
+        );
+    }
+    for text in [
+        "Obstacle ID: longitudinal distance <GX> m, lateral <GY> m.",
+        "Obstacle ID has a longitudinal relative velocity of <VX> m/s with a distance of <GX> m.",
+    ] {
+        let good = filled(text, moment.id, &facts);
+        assert_eq!(moment.outcomes(&good), [SentenceOutcome::Right], "{good}");
+        let bad = filled(&text.replace("<G", "<-G"), moment.id, &facts);
+        assert_eq!(moment.outcomes(&bad), [SentenceOutcome::Wrong], "{bad}");
+    }
+}
+
+#[test]
+fn parts_of_what_is_about_an_obstacle_have_headings_of_their_own() {
+    let (moment, facts) = moment();
+    for text in [
+        "### Obstacle ID:\n**Trajectory analysis:**\n- The longitudinal distance is <GX> m.\n\nObstacle 302 is there.",
+        "### Obstacles\n**Obstacle ID (car):**\n#### Trajectory analysis\n- The longitudinal distance is <GX> m.\n\nObstacle 302 is there.",
+        "**Obstacle ID**\n\n**Distances**\n- The longitudinal distance is <GX> m.\n\nObstacle 302 is there.",
+        "1. **Obstacle ID:**\n   **Distances:**\n   - The longitudinal distance is <GX> m.\n\nObstacle 302 is there.",
+        "### Analysis for 3.5s - 4.4s\nObstacle ID has a longitudinal distance of <GX> m.\n\nObstacle 302 is there.",
+        "### Obstacle ID\n- The ego brakes. The longitudinal distance of the obstacle is <GX> m.\n\nObstacle 302 is there.",
+    ] {
+        let good = filled(text, moment.id, &facts);
+        let found = moment.claims(&good);
+        let is_found = |of: i64| {
+            found
+                .iter()
+                .any(|one| one.0 == of && one.1 == Quantity::GapLong)
+        };
+        assert!(is_found(moment.id), "{good}: {found:?}");
+    }
+    for text in [
+        "### Obstacle ID\n### Obstacle 302\n### Summary\n- The longitudinal distance is <GX> m.",
+        "**Obstacle ID**\n- it is there\n**Obstacle 302**\n- it is there\n**Distances**\n- The longitudinal distance is <GX> m.",
+        "### Analysis for 1.0s - 2.0s\nObstacle ID has a longitudinal distance of <GX> m.",
+    ] {
+        let text = filled(text, moment.id, &facts);
+        let found = moment.claims(&text);
+        assert!(
+            found.iter().all(|one| one.1 != Quantity::GapLong),
+            "{text}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn both_obstacles_are_the_two_that_a_text_names() {
+    let (moment, _) = moment();
+    let whom =
+        |text: &str| -> Vec<i64> { moment.claims(text).into_iter().map(|one| one.0).collect() };
+    let two = "Obstacle 301 and obstacle 302 are there. Both obstacles are approaching the ego.";
+    assert_eq!(whom(two), [301, 302]);
+    assert_eq!(whom(&format!("Obstacle 303 waits. {two}")), [] as [i64; 0]);
+    let faster = moment.claims("Obstacle 301 is there. The ego is faster.");
+    assert_eq!(faster.len(), 1, "{faster:?}");
+    assert_eq!((faster[0].0, faster[0].1), (0, Quantity::Comparison));
+}
+
+#[test]
+fn a_denied_approach_is_one_along_its_axis() {
+    let (moment, _) = moment();
+    let stated = |text: &str| -> Vec<String> {
+        moment
+            .claims(&format!("Obstacle 301: {text}"))
+            .into_iter()
+            .map(|one| one.2)
+            .collect()
+    };
+    assert_eq!(
+        stated("no closing trend laterally"),
+        ["not approaching laterally"]
+    );
+    assert_eq!(
+        stated("there is no lateral closing velocity"),
+        ["not approaching laterally"]
+    );
+    assert_eq!(stated("the ego is closing the gap"), ["approaching"]);
+    assert_eq!(
+        stated("longitudinal -3.00 m/s, lateral -2.00 m/s (both approaching)")[2..],
+        ["approaching longitudinally", "approaching laterally"]
+    );
+    assert_eq!(
+        stated("it is moving parallel to the ego"),
+        ["parallel to the ego"]
+    );
+    assert_eq!(stated("a closing trend is possible"), [] as [&str; 0]);
+}
