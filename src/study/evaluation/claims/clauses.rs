@@ -331,7 +331,11 @@ fn pieces<'t>(
             }
             "yet" => !before.is_some_and(|b| b.is("not")),
             "so" => !before.is_some_and(|b| b.is("or not")),
-            word => OPENERS.contains(&word) || is_thought(tokens, references, (from, at)),
+            // "Not indicating a collision".
+            word => {
+                OPENERS.contains(&word) && !before.is_some_and(|b| b.is("not"))
+                    || is_thought(tokens, references, (from, at))
+            }
         };
         if opens && at > from {
             found.push((from..at, None));

@@ -217,9 +217,35 @@ impl Speech<'_> {
         }
     }
 
+    /// Whether a comparative says how fast something changes: "decelerates faster".
+    pub(super) fn is_of_change(&self, at: &Range<usize>) -> bool {
+        const CHANGES: [&str; 12] = [
+            "decelerat",
+            "accelerat",
+            "brak",
+            "slow",
+            "clos",
+            "approach",
+            "reced",
+            "chang",
+            "decreas",
+            "increas",
+            "shrink",
+            "rat",
+        ];
+        let before = (at.start.saturating_sub(3)..at.start)
+            .rev()
+            .find(|i| !self.tokens[*i].is_filler() && !self.is(*i, "slightly"));
+        self.is(at.start, "faster slower quicker")
+            && before.is_some_and(|i| CHANGES.contains(&self.tokens[i].stem.as_str()))
+    }
+
     /// Comparisons with another obstacle, and with all.
     pub(super) fn comparisons(&self, clause: &Clause, found: &mut Vec<Said>) {
         for ((of, is_more, is_most), at) in COMPARATIVES.all(self.tokens, clause.at.clone()) {
+            if self.is_of_change(&at) {
+                continue;
+            }
             // "The ego is faster than both".
             if clause.who == Who::Ego && of == Dimension::Speed && !is_most {
                 let than = self

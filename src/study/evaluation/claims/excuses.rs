@@ -64,6 +64,17 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
     if of_its_own(claim, subject, step) {
         return Some("true for its own velocity, not the relative one");
     }
+    // Of what was told in relative numbers, an unnamed one may be relative.
+    let is_relative = match claim.quantity {
+        Quantity::Speed => as_other(Quantity::VelocityLong) || as_other(Quantity::VelocityLat),
+        Quantity::Acceleration => {
+            as_other(Quantity::AccelerationLong) || as_other(Quantity::AccelerationLat)
+        }
+        _ => false,
+    };
+    if is_relative && decimals >= 2 {
+        return Some("true for the relative one, not its own");
+    }
     if claim.quantity == Quantity::Distance
         && (as_other(Quantity::GapLong) || as_other(Quantity::GapLat))
     {

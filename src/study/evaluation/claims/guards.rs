@@ -38,7 +38,7 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
         // All but some.
         ("apart|aside from", Sentence),
         ("other than", Sentence),
-        ("=except|=besides|=excluding|=respectively", Sentence),
+        ("=except|=besides|=excluding", Sentence),
         ("=followed|=tailgated by", Sentence),
         (
             "=second|=third|=fourth|=next closest|nearest|fastest|slowest|furthest|farthest|largest|smallest",

@@ -311,6 +311,10 @@ pub fn without_reference(text: &str) -> String {
     for before in [
         "toward",
         "from",
+        "approaching",
+        "approaches",
+        "approach",
+        "nearing",
         "relative to",
         "in front of",
         "ahead of",

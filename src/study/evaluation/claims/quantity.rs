@@ -1,6 +1,5 @@
 //! Which quantity a number of a sentence is, from the words around it.
 
-use super::Quantity;
 use super::clauses::Who;
 use super::find::ends_with_word;
 use super::number::{
@@ -12,6 +11,7 @@ use super::references::Named;
 use super::sentence::Sentence;
 use super::stated::BOUNDS;
 use super::tokens::{denies, has_word};
+use super::{Quantity, Side};
 
 /// Words for lengths other than a distance to the ego.
 pub(super) const OTHER_LENGTHS: &[&str] = &[
@@ -47,6 +47,20 @@ pub(super) const OTHER_LENGTHS: &[&str] = &[
     "total",
 ];
 
+/// Whether the last axis that is named is that of a quantity with a unit: "the lateral distance is small (3 m)".
+fn names_axis_of(near: &str, unit: Unit) -> bool {
+    let nouns: &[&str] = match unit {
+        Unit::Metre => &["distance", "gap", "separation", "clearance", "offset"],
+        Unit::Speed => &[
+            "velocity", "speed", "relative", "closing", "movement", "motion",
+        ],
+        _ => &["acceleration", "deceleration", "relative", "ttc", "time"],
+    };
+    let at = near.rfind("longitudinal").max(near.rfind("lateral"));
+    let behind = at.map(|at| near[at..].split(|c: char| !c.is_alphabetic()).skip(1));
+    behind.is_some_and(|mut words| words.by_ref().take(2).any(|word| nouns.contains(&word)))
+}
+
 /// Whether another number follows that is joined to one: "and 3 m", "/ 3 m".
 pub(super) fn goes_on(after: &str) -> bool {
     let joint = ["&", ",", "/", "and "];
@@ -79,6 +93,7 @@ impl Sentence<'_> {
         let number = &self.numbers[place];
         let near = &self.lower[from..number.span.start];
         let clause = self.clause(number.span.start);
+        let clause_at = clause;
         let (begin, is_bracket) = self.begins(number);
         // What the clause itself says before it.
         let own = &self.lower[begin.clamp(from, number.span.start)..number.span.start];
@@ -112,13 +127,15 @@ impl Sentence<'_> {
         });
         let is_short = near.len() < 40 || near.contains(':');
         let named = find_axis(own, after).or(label).or_else(|| {
-            let is_near = is_bracket
+            let is_near = is_bracket && names_axis_of(near, number.unit)
                 || is_short && !near.contains("laterally") && !near.contains("longitudinally");
             if is_near { axis(near) } else { None }
         });
         // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
         let equals = near.contains(['=', '≈']) || near.contains("approx");
-        let is_calculated = number.unit == Unit::Second && equals;
+        let is_difference = number.unit == Unit::Speed && last == Some(Unit::Speed)
+            || number.unit == Unit::Speed && last == Some(Unit::None) && before.contains(" - ");
+        let is_calculated = equals && (number.unit == Unit::Second || is_difference);
         let axis = named.or_else(|| {
             let before = if is_calculated {
                 only_axis(before)
@@ -247,15 +264,15 @@ impl Sentence<'_> {
                 let is_other = last
                     .iter()
                     .any(|word| OTHER_LENGTHS.contains(word) && *word != "lane");
-                if let Some(along) = self.place_behind(number)
+                if let Some(side) = self.side_behind(number)
                     && axis.is_none()
                     && !is_other
                 {
                     return Some((
-                        match along {
-                            Some(true) => DistanceAlong,
-                            Some(false) => DistanceAcross,
-                            None => Distance,
+                        match (side.front, side.left) {
+                            (Some(_), None) => DistanceAlong,
+                            (None, Some(_)) => DistanceAcross,
+                            _ => Distance,
                         },
                         true,
                     ));
@@ -321,8 +338,18 @@ impl Sentence<'_> {
                 }
             }
             Unit::Speed => {
-                let said = without_reference(&format!("{} {before}", self.above));
+                // "Relative velocity: ego velocity is 3 m/s": of the ego its clause alone tells.
+                let is_egos = clause_at.is_some_and(|clause| clause.who == Who::Ego);
+                let near = if is_egos { own } else { near };
+                let said = if is_egos {
+                    without_reference(own)
+                } else {
+                    without_reference(&format!("{} {before}", self.above))
+                };
                 match axis {
+                    None if is_calculated && is_difference && relative(&said) => {
+                        Some((ClosingSpeed, true))
+                    }
                     // Along an axis it is told as a relative one, whether the word is repeated or not.
                     Some(long) if !is_of_ego => {
                         let closing = has_word(near, "closing");
@@ -471,8 +498,8 @@ impl Sentence<'_> {
         }
     }
 
-    /// The place that stands right behind a length: along the ego's heading, across it, or both.
-    pub(super) fn place_behind(&self, number: &Number) -> Option<Option<bool>> {
+    /// The place that stands right behind a length: "3 m ahead".
+    pub(super) fn side_behind(&self, number: &Number) -> Option<Side> {
         let at = self
             .tokens
             .iter()
@@ -504,11 +531,7 @@ impl Sentence<'_> {
         if follows.is_some_and(|t| t.is("lane side")) || is_other && !is_mirrored {
             return None;
         }
-        Some(match (side.front, side.left) {
-            (Some(_), None) => Some(true),
-            (None, Some(_)) => Some(false),
-            _ => None,
-        })
+        Some(side)
     }
 
     /// Whether a length is plainly that to the other: "at 54 m", "within 5 m", "12 m clear", or all that a field says.

@@ -93,8 +93,14 @@ impl Sentence<'_> {
             return Vec::new();
         }
         let mut found: Vec<Claim> = Vec::new();
-        found.extend(self.change());
-        found.extend(self.both_axes());
+        found.extend(self.changes());
+        let mut ordered = self.both_axes();
+        ordered.extend(self.distributed());
+        // Numbers that are told in an order which is not read are of no one.
+        if ordered.is_empty() && has_word(self.lower, "respectively") {
+            return Vec::new();
+        }
+        found.extend(ordered);
         let taken: Vec<std::ops::Range<usize>> = found.iter().map(|c| c.span.clone()).collect();
         let is_new = |number: &Number| {
             let at = self.start + number.span.start;

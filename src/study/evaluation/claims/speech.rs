@@ -257,6 +257,7 @@ impl Speech<'_> {
                     }
                 }
                 Act::Note(_) if at.start != clause.at.start => {}
+                Act::Pair(_) if self.is_of_change(&at) => {}
                 Act::Pair(predicate) | Act::Note(predicate) => {
                     // "They are in the same lane": it and the ego.
                     let are_both = clause.who == Who::Unknown

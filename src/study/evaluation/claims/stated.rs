@@ -170,15 +170,25 @@ impl Sentence<'_> {
         } else {
             None
         };
+        // "A lateral gap of 2 m to the right" has the sign of its side.
+        let side = self
+            .side_behind(number)
+            .filter(|_| self.magnitude(from, number));
+        let sign = side.and_then(|side| match quantity {
+            Quantity::GapLat => side.left,
+            Quantity::GapLong => side.front,
+            _ => None,
+        });
+        let sign = verb.or(sign);
         let value = match bound {
             Bound::None => ClaimedValue::Number {
-                value: match verb {
-                    Some(faster) => number.value.abs() * if faster { 1.0 } else { -1.0 },
+                value: match sign {
+                    Some(is_positive) => number.value.abs() * if is_positive { 1.0 } else { -1.0 },
                     None => number.value,
                 },
                 decimals: number.decimals,
                 rough: self.rough(from, number.span.start),
-                magnitude: verb.is_none() && (magnitude || self.magnitude(from, number)),
+                magnitude: sign.is_none() && (magnitude || self.magnitude(from, number)),
             },
             Bound::Above => ClaimedValue::Bounds {
                 from: Some(number.value.abs()),
@@ -221,7 +231,7 @@ impl Sentence<'_> {
         let is_joint = JOINT.iter().any(|words| own.contains(words));
         let is_both = after.starts_with("in both ")
             || (is_joint || names(own) && has_word(own, "both")) && is_only
-            || after.starts_with("longitudinally and laterally");
+            || JOINT.iter().any(|words| after.starts_with(words));
         let across = match quantity {
             Quantity::VelocityLong | Quantity::VelocityLat => {
                 Some([Quantity::VelocityLong, Quantity::VelocityLat])
@@ -405,9 +415,56 @@ impl Sentence<'_> {
         vec![claim(&pair[0], long_first), claim(&pair[1], !long_first)]
     }
 
+    /// Numbers of several obstacles in their order: "7 and 8 are 25 m and 15 m away".
+    pub(super) fn distributed(&self) -> Vec<Claim> {
+        let mut found = Vec::new();
+        for clause in self.clauses {
+            let Who::Obstacles(ids) = &clause.who else {
+                continue;
+            };
+            if ids.len() < 2 || clause.mood != Mood::Said || clause.object.is_some() {
+                continue;
+            }
+            let own: Vec<usize> = { clause.at.clone() }
+                .filter_map(|i| self.tokens[i].number)
+                .filter(|place| !self.taken[*place])
+                .collect();
+            let Some(last) = own.last().copied().filter(|_| own.len() == ids.len()) else {
+                continue;
+            };
+            let first = own[0];
+            let is_row = own.windows(2).all(|two| {
+                let (a, b) = (&self.numbers[two[0]], &self.numbers[two[1]]);
+                let between = self.lower.get(a.span.end..b.span.start).unwrap_or("?");
+                ["and", ",", ", and"].contains(&between.trim()) && a.unit == b.unit
+            });
+            let from = self.tokens[clause.at.start].span.start;
+            let is_bound = self.bound(first, &self.lower[from..self.numbers[first].span.start]);
+            let Some((quantity, _)) = self.quantity(last, from).filter(|_| is_row) else {
+                continue;
+            };
+            if is_bound != Some(Bound::None)
+                || denies(&self.lower[from..self.numbers[first].span.start])
+            {
+                continue;
+            }
+            for (id, place) in ids.iter().zip(own) {
+                let number = &self.numbers[place];
+                let stated = ClaimedValue::Number {
+                    value: number.value,
+                    decimals: number.decimals,
+                    rough: self.rough(from, number.span.start),
+                    magnitude: self.magnitude(0, number),
+                };
+                found.push(self.claim(number.span.clone(), (*id, false), quantity, stated));
+            }
+        }
+        found
+    }
+
     /// Whether a verb says something else than its numbers: "increased from 11 m to 9 m".
     pub(super) fn is_contradictory(&self) -> bool {
-        let Some([from, to]) = self.pair() else {
+        let Some([from, to]) = self.pairs().first().copied() else {
             return false;
         };
         let before = &self.lower[..from.span.start];
@@ -419,12 +476,12 @@ impl Sentence<'_> {
     }
 
     /// The numbers of a change: "from 9 m to 7.8 m", "9 → 7.8 m".
-    pub(super) fn pair(&self) -> Option<[&Number; 2]> {
+    fn pairs(&self) -> Vec<[&Number; 2]> {
         let pairs = self.numbers.iter().enumerate().flat_map(|(i, first)| {
             let further = self.numbers[i + 1..].iter().take(2);
             further.map(move |second| [first, second])
         });
-        { pairs }.find(|pair| {
+        let is_change = |pair: &[&Number; 2]| {
             let between = self.lower.get(pair[0].span.end..pair[1].span.start);
             let between = between.unwrap_or("?").trim_matches([' ', '~', '≈', '*']);
             // "From 3.75 m (4.8 s) to 0.2 m", "from 3.75 m at 4.8 s to 0.2 m".
@@ -448,12 +505,17 @@ impl Sentence<'_> {
             let is_arrow = ["→", "->"].contains(&between);
             let same = pair[0].unit == pair[1].unit || pair[0].unit == Unit::None;
             (is_from || is_arrow) && same
-        })
+        };
+        pairs.filter(is_change).collect()
     }
 
     /// From one number to another: "the gap decreased from 9 m to 7.8 m".
-    pub(super) fn change(&self) -> Option<Claim> {
-        let pair = self.pair()?;
+    pub(super) fn changes(&self) -> Vec<Claim> {
+        let pairs = self.pairs().into_iter();
+        pairs.filter_map(|pair| self.change(pair)).collect()
+    }
+
+    fn change(&self, pair: [&Number; 2]) -> Option<Claim> {
         let clause = self.clause(pair[0].span.start)?;
         let own = self.tokens[clause.at.start].span.start..pair[1].span.end;
         if denies(self.lower.get(own).unwrap_or_default()) {

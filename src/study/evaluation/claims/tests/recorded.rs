@@ -219,3 +219,63 @@ fn a_denied_approach_is_one_along_its_axis() {
     );
     assert_eq!(stated("a closing trend is possible"), [] as [&str; 0]);
 }
+
+#[test]
+fn numbers_of_several_stand_in_their_order() {
+    let (moment, _) = moment();
+    let whom = |text: &str| -> Vec<(i64, String)> {
+        let all = moment.claims(text).into_iter();
+        all.map(|one| (one.0, one.2)).collect()
+    };
+    assert_eq!(
+        whom("Obstacles 301 and 302 are 25 m and 15 m away."),
+        [(301, "25 m".into()), (302, "15 m".into())]
+    );
+    assert_eq!(
+        whom(
+            "Obstacle 301 has longitudinal and lateral velocities of -1.41 m/s and -7.64 m/s respectively."
+        ),
+        [(301, "-1.41 m/s".into()), (301, "-7.64 m/s".into())]
+    );
+    assert_eq!(
+        whom("Obstacle 301 is 3 m, 4 m and 5 m away, respectively."),
+        []
+    );
+}
+
+#[test]
+fn what_is_said_of_changes_and_courses_is_no_more_than_that() {
+    let (moment, facts) = moment();
+    let stated = |text: &str| -> Vec<String> {
+        let text = filled(&format!("Obstacle ID: {text}"), moment.id, &facts);
+        moment.claims(&text).into_iter().map(|one| one.2).collect()
+    };
+    assert_eq!(
+        stated("it is decelerating faster than the ego"),
+        ["braking"]
+    );
+    assert_eq!(stated("the ego is braking faster than it"), ["braking"]);
+    assert_eq!(
+        stated("its velocity is not indicating a collision course"),
+        ["no contact to come"]
+    );
+    assert_eq!(
+        stated("relative velocity: ego velocity is 3.00 m/s, obstacle velocity is 4.00 m/s"),
+        ["3.00 m/s", "4.00 m/s"]
+    );
+    assert_eq!(
+        stated("a lateral gap of 2.00 m to the right"),
+        ["-2.00 m", "right"]
+    );
+    // At the end it is ahead, and was so at all steps or not.
+    let of = |text: &str| moment.outcomes(&filled(text, moment.id, &facts));
+    assert_eq!(of("Obstacle ID moves throughout the window."), []);
+    assert_eq!(
+        of("Obstacle ID is ahead of the ego throughout the window."),
+        [SentenceOutcome::Right]
+    );
+    assert_eq!(
+        of("Obstacle ID is behind the ego throughout the window."),
+        [SentenceOutcome::Wrong]
+    );
+}
