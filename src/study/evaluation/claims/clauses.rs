@@ -575,7 +575,7 @@ fn subject(
 fn is_noun(words: &[Token]) -> bool {
     words
         .iter()
-        .any(|t| t.is("obstacle object participant actor"))
+        .any(|t| t.is("obstacle object participant actor them"))
 }
 
 /// Whether a clause begins with what is between two: "the distance is".

@@ -81,6 +81,10 @@ static COMPARATIVES: LazyLock<Lexicon<(Dimension, bool, bool)>> = LazyLock::new(
         ("fastest|quickest", (Speed, true, true)),
         ("slowest", (Speed, false, true)),
         (
+            "most immediate|significant|serious|severe|imminent ?collision|safety risk|threat|danger",
+            (Risk, true, true),
+        ),
+        (
             "most dangerous|critical|risky|threatening",
             (Risk, true, true),
         ),

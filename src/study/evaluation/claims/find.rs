@@ -11,7 +11,8 @@ use super::mentions::{Mention, begins_with, mentions};
 use super::number::{MentionedTime, Number, Unit, heading_time, name_units, numbers, times};
 use super::references::{Cast, references};
 use super::sentence::Sentence;
-use super::tokens::{has_word, is_foreign, tokens};
+use super::tables::{row, separator};
+use super::tokens::{is_foreign, tokens};
 use super::{Claim, ClaimedValue};
 
 /// Ids and time steps that a text can refer to.
@@ -42,7 +43,12 @@ pub const LONGEST_SENTENCE: usize = 4 << 10;
 /// The claims of a text.
 pub fn claims(text: &str, world: &MentionContext<'_>) -> Vec<Claim> {
     let text = &text[..text.floor_char_boundary(LONGEST_TEXT)];
-    let mut above = Above::new(named_in(text, world));
+    let mut named = named_in(text, world);
+    // "The obstacle" of a scene that has one.
+    if named.is_empty() && world.ids.len() == 1 {
+        named.extend(world.ids);
+    }
+    let mut above = Above::new(named);
     let mut found = Vec::new();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
@@ -95,8 +101,8 @@ fn take(
         above.parted = true;
         return;
     }
-    if bare.starts_with('|') && bare.len() > 1 {
-        return row(line, start, world, above, found);
+    if let Some(separator) = separator(line, &above.titles) {
+        return row((line, separator, start), world, above, found);
     }
     above.titles.clear();
     let indent = line.len() - line.trim_start().len();
@@ -191,7 +197,7 @@ fn sentence(
 }
 
 /// The claims of a sentence, and whom its clauses are about.
-fn read(
+pub fn read(
     (lower, all, named, start): (&str, &[Number], &[Mention], usize),
     (times, when, spoken): (&[(usize, Option<i64>)], MentionedTime, &Spoken),
     (above, asks_place): (&str, bool),
@@ -273,92 +279,6 @@ fn level(bare: &str) -> usize {
     }
 }
 
-/// A row of a table: every cell is a sentence under its title.
-fn row(
-    line: &str,
-    start: usize,
-    world: &MentionContext<'_>,
-    above: &mut Above,
-    found: &mut Vec<Claim>,
-) {
-    let cells: Vec<(usize, &str)> = cells(line).collect();
-    if above.titles.is_empty() {
-        above.titles = cells.iter().map(|(_, cell)| lowered(cell)).collect();
-        return;
-    }
-    let named: BTreeSet<i64> = cells
-        .iter()
-        .enumerate()
-        .filter_map(|(i, (_, cell))| {
-            let title = above.titles.get(i).map_or("", String::as_str);
-            let of_obstacles = ["obstacle", "id", "vehicle"]
-                .iter()
-                .any(|word| title.contains(word))
-                || i == 0;
-            let [number] = numbers(cell).try_into().ok()?;
-            number
-                .as_integer()
-                .filter(|id| of_obstacles && world.ids.contains(id))
-        })
-        .collect();
-    let Some(&obstacle) = named.first().filter(|_| named.len() == 1) else {
-        return;
-    };
-    if above.time == MentionedTime::Unclear {
-        return;
-    }
-    for (i, (from, cell)) in cells.iter().enumerate() {
-        let title = above.titles.get(i).map_or("", String::as_str);
-        // The unit may stand in the title.
-        let titled = numbers(&title.replace(['(', '[', ',', '_'], " 1 "));
-        let unit = titled.iter().map(|n| n.unit).find(|u| *u != Unit::None);
-        let label = title.split(['(', '[', ',']).next().unwrap_or(title).trim();
-        let is_time = has_word(title, "time") && !title.contains("collision");
-        if label.is_empty()
-            || is_time
-            || named.len() == 1
-                && numbers(cell)
-                    .iter()
-                    .any(|n| n.as_integer() == Some(obstacle))
-        {
-            continue;
-        }
-        // A cell is the value of a field that its title names.
-        let lower = format!("{label}: {}", lowered(cell).trim());
-        let mut all = numbers(&lower);
-        all.retain(|number| number.span.start > label.len());
-        for number in &mut all {
-            if number.unit == Unit::None && !title.contains("risk") && !title.contains("score") {
-                number.unit = unit.unwrap_or(Unit::None);
-            }
-        }
-        let when = above.time;
-        let (mut claims, _) = read(
-            (&lower, &all, &[], 0),
-            (&[], when, &Spoken::of(obstacle)),
-            ("", false),
-            world,
-        );
-        for claim in &mut claims {
-            let begin = start + from + (cell.len() - cell.trim_start().len());
-            claim.span = begin..start + from + cell.trim_end().len().max(1);
-            claim.named = true;
-        }
-        found.extend(claims);
-    }
-}
-
-/// The cells of a row with the places where they begin.
-fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
-    let mut at = 0;
-    let pieces = line.split('|').map(move |piece| {
-        let from = at;
-        at += piece.len() + 1;
-        (from, piece)
-    });
-    pieces.skip(1).filter(|(_, piece)| !piece.is_empty())
-}
-
 /// Sentences of a line with the places where they begin; braces of JSON stand alone.
 pub fn sentences(line: &str) -> Vec<(usize, &str)> {
     let mut found = Vec::new();
@@ -405,7 +325,7 @@ fn is_numbered(bare: &str) -> bool {
 }
 
 /// In lower case, with every character where it was.
-fn lowered(text: &str) -> String {
+pub fn lowered(text: &str) -> String {
     let lower = |c: char| {
         let mut all = c.to_lowercase();
         all.next()

@@ -30,6 +30,7 @@ mod sentences;
 mod speech;
 mod speeds;
 mod stated;
+mod tables;
 mod tokens;
 mod traces;
 mod truth;

@@ -113,7 +113,7 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
         if number.unit != Unit::None || number.decimals == 0 {
             continue;
         }
-        let markup = ['*', ' ', '`', ':', '=', '('];
+        let markup = ['*', ' ', '`', ':', '=', '(', '"'];
         let before = lower[..number.span.start].trim_end_matches(markup);
         let before = [" is", " of"]
             .iter()

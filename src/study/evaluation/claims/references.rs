@@ -405,6 +405,9 @@ impl<'a> Reader<'a> {
         if token.is(IT) {
             return plain(Named::It, at + 1);
         }
+        if token.is("them") && at > 0 && self.is(at - 1, "between") {
+            return plain(Named::It, at + 1);
+        }
         if token.is(OTHERS) {
             return plain(Named::Other, at + 1);
         }
@@ -641,9 +644,12 @@ impl<'a> Reader<'a> {
             || self.is(one.at.end, "'s")
             || matches!(one.who, Named::Obstacle(_))
                 && self.tokens[one.at.end - 1].word.ends_with("'s");
+        // "As the ego is braking" begins a clause.
+        let is_opened = matches!(word, Some("as" | "before" | "after"))
+            && self.is(one.at.end, "is are has was will");
         one.is_governed = is_owner && (one.says.is_empty() || !self.is(at, OWNERS))
             || is_second
-            || word.is_some_and(|word| PREPOSITIONS.contains(&word));
+            || word.is_some_and(|word| PREPOSITIONS.contains(&word)) && !is_opened;
         let compares = at > 1
             && (at.saturating_sub(3)..at)
                 .any(|i| self.is(i, "compared comparison") && self.is(i + 1, "to with"));

@@ -8,7 +8,7 @@ use super::plans;
 use super::references::{Named, Reference};
 use super::score;
 use super::speech::Speech;
-use super::tokens::{Token, denies, has_word};
+use super::tokens::{Token, denies, find_word, has_word};
 use super::{Claim, ClaimedValue, Predicate, Quantity};
 
 /// A sentence with its context.
@@ -96,10 +96,7 @@ impl Sentence<'_> {
         found.extend(self.changes());
         let mut ordered = self.both_axes();
         ordered.extend(self.distributed());
-        // Numbers that are told in an order which is not read are of no one.
-        if ordered.is_empty() && has_word(self.lower, "respectively") {
-            return Vec::new();
-        }
+        let is_ordered = !ordered.is_empty();
         found.extend(ordered);
         let taken: Vec<std::ops::Range<usize>> = found.iter().map(|c| c.span.clone()).collect();
         let is_new = |number: &Number| {
@@ -181,9 +178,27 @@ impl Sentence<'_> {
         };
         guarded.keep(&mut found);
         self.leave_to_plans(&mut found);
+        // Numbers that are told in an order which is not read are of no one.
+        if !is_ordered && let Some(at) = find_word(self.lower, "respectively") {
+            let first = self.first_of_row(at);
+            found.retain(|claim| !(first..at).contains(&(claim.span.start - self.start)));
+        }
         found.sort_by_key(|claim| claim.span.start);
         found.dedup_by(|a, b| a == b);
         found
+    }
+
+    /// Where the row of numbers begins that ends before a byte: "3 m, 4 m and 5 m".
+    fn first_of_row(&self, at: usize) -> usize {
+        let mut first = at;
+        for number in self.numbers.iter().rev().filter(|n| n.span.end <= at) {
+            let between = self.lower[number.span.end..first].trim();
+            if first != at && ![",", "and", ", and"].contains(&between) {
+                break;
+            }
+            first = number.span.start;
+        }
+        first
     }
 
     /// What the ego is said to do is held against the trajectory, not against the recording.
@@ -314,7 +329,7 @@ impl Sentence<'_> {
         // "Relative to the ego (1.2, 3.4)", but "(1.2, 3.4) vs ego (5.6, 7.8)".
         let before = owner.at.start.checked_sub(1);
         let is_beside = before.is_some_and(|i| self.tokens[i].is("vs versus and"));
-        if owner.is_governed && !is_beside {
+        if owner.is_governed && !is_beside && owner.who == Named::Ego {
             return None;
         }
         match owner.who {

@@ -163,7 +163,17 @@ impl Speech<'_> {
     pub(super) fn acts(&self, clause: &Clause, found: &mut Vec<Said>) {
         const NO_NOUN: &str = "distance distances light lights sign line signal rate trajectory path speed velocity time behavior behaviour \
         capability force maneuver manoeuvre vehicles traffic obstacles cars threshold phase objects gap lane lanes";
-        for (act, at) in VERBS.all(self.tokens, clause.at.clone()) {
+        let mut acts = VERBS.all(self.tokens, clause.at.clone());
+        // "Closing in the same lane" is two.
+        let words = &self.tokens[..clause.at.end];
+        let lanes: Vec<_> = { acts.iter() }
+            .filter(|(_, at)| at.len() > 1 && self.is(at.end - 1, "in"))
+            .filter_map(|(_, at)| Some((at.clone(), VERBS.at(words, at.end - 1)?)))
+            .filter(|(at, (act, end))| matches!(act, Act::Pair(_)) && *end > at.end)
+            .map(|(at, (act, end))| (act, at.end - 1..end))
+            .collect();
+        acts.extend(lanes);
+        for (act, at) in acts {
             if act == Act::Other || clause.is_label {
                 continue;
             }

@@ -2,10 +2,23 @@
 
 use super::clauses::Who;
 use super::number::{Number, Unit};
+use super::references::Named;
 use super::sentence::Sentence;
 use super::verbs::{Act, VERBS};
 
 impl Sentence<'_> {
+    /// Whom a bracket right behind a number names: "1.2 m (7), 3.4 m (8)".
+    pub(super) fn named_behind(&self, number: &Number) -> Option<i64> {
+        let at = { self.tokens.iter() }.position(|t| t.span.start >= number.span.end)?;
+        let first = at + 1 + usize::from(self.tokens.get(at + 1)?.is("to for"));
+        let reference = { self.references.iter() }.find(|r| r.at.start == first)?;
+        let is_bracket = self.tokens[at].is("(") && self.tokens.get(reference.at.end)?.is(")");
+        match reference.who {
+            Named::Obstacle(id) if is_bracket => Some(id),
+            _ => None,
+        }
+    }
+
     /// Whose own speed a number in a bracket is, where the ego's stands beside it: "ego (9.1 m/s), obstacle (10.7 m/s)".
     pub(super) fn own_speed(&self, number: &Number) -> Option<i64> {
         let is_alone = |number: &&Number| {

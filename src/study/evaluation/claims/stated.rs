@@ -161,7 +161,7 @@ impl Sentence<'_> {
             }
             _ => Self::met(clause),
         };
-        let Some(of) = owner.or(of) else {
+        let Some(of) = owner.or(self.named_behind(number)).or(of) else {
             return Vec::new();
         };
         // "Accelerates with 2 m/s²" is no braking, and "brakes with 2 m/s²" is.
@@ -577,6 +577,8 @@ impl Sentence<'_> {
             stated,
         );
         claim.step = None;
-        Some(claim).filter(|_| !self.is_contradictory())
+        // Of numbers with signs, what a verb means is not told, but from what to what they change is.
+        let is_signed = pair.iter().any(|number| number.value < 0.0);
+        Some(claim).filter(|_| is_signed || !self.is_contradictory())
     }
 }

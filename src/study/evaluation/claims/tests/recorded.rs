@@ -279,3 +279,53 @@ fn what_is_said_of_changes_and_courses_is_no_more_than_that() {
         [SentenceOutcome::Wrong]
     );
 }
+
+#[test]
+fn tables_and_brackets_tell_whose_a_number_is() {
+    let (moment, _) = moment();
+    let whom = |text: &str| -> Vec<(i64, String)> {
+        let all = moment.claims(text).into_iter();
+        all.map(|one| (one.0, one.2)).collect()
+    };
+    let both: [(i64, String); 2] = [(301, "2.1 m".into()), (302, "6.1 m".into())];
+    for text in [
+        "- Gap: 2.1 m (301), 6.1 m (302)",
+        "| Measure | 301 | 302 |\n|---|---|---|\n| Distance | 2.1 m | 6.1 m |",
+        "| Obstacle | Distance (m) |\n|---|---|\n| 301 | 2.1 |\n| 302 | 6.1 |",
+        "obstacle_id,distance_m\n301,2.1\n302,6.1",
+        "{\"all\": [{\"id\": 301, \"distance\": 2.1}, {\"id\": 302, \"distance\": 6.1}]}",
+    ] {
+        assert_eq!(whom(text), both, "{text}");
+    }
+    assert_eq!(whom("301, 2.1, 302 and so on"), []);
+}
+
+#[test]
+fn whom_a_sentence_behind_one_about_the_ego_is_about() {
+    let (moment, _) = moment();
+    let whom = |text: &str| -> Vec<i64> {
+        let all = moment.claims(&format!("{text}\n\nObstacle 302 is there."));
+        all.into_iter().map(|one| one.0).collect()
+    };
+    for (text, wanted) in [
+        (
+            "### Obstacle 301\n- It is risky as the ego is braking and the obstacle is braking.",
+            [0, 301],
+        ),
+        (
+            "### Obstacle 301\n- The ego is braking. The distance between them is shrinking.",
+            [0, 301],
+        ),
+        (
+            "### Obstacle 301\n- The ego is braking, while the obstacle is accelerating.",
+            [0, 301],
+        ),
+    ] {
+        assert_eq!(whom(text), wanted, "{text}");
+    }
+    // "It" may be the ego.
+    assert_eq!(
+        whom("### Obstacle 301\n- The ego is braking. It is accelerating."),
+        [0]
+    );
+}
