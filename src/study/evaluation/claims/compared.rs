@@ -120,7 +120,11 @@ impl Speech<'_> {
             return;
         };
         // "Gap 4.4 m, opening".
-        let earlier = if verb.start == clause.at.start {
+        // "The distance (3 m) is opening".
+        let begin = self.begins(clause);
+        let earlier = if begin < clause.at.start {
+            NOUNS.all(self.tokens, begin..clause.at.start)
+        } else if verb.start == clause.at.start {
             NOUNS.all(
                 self.tokens,
                 clause.at.start.saturating_sub(5)..clause.at.start,
@@ -134,6 +138,7 @@ impl Speech<'_> {
             return;
         };
         let is_near = verb.start >= noun.end && verb.start - noun.end <= 8
+            || noun.start < clause.at.start && begin < clause.at.start
             || noun.start >= verb.end && noun.start - verb.end <= 2;
         // "Increasing the distance" is a verb of its own.
         let is_taken = found

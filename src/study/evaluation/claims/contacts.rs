@@ -47,7 +47,7 @@ impl Speech<'_> {
             || says("imminent unavoidable inevitable upcoming impending")
             || self.is(at.end, "course");
         if before(
-            "risk chance likelihood possibility danger threat avoid prevent potential possible near close eye avoiding future",
+            "risk chance likelihood possibility probability danger threat avoid prevent potential possible near close eye avoiding future",
         ) {
             return;
         }

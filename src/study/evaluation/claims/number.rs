@@ -110,7 +110,8 @@ const NAMED: &[(&[&str], Unit)] = &[
 /// "DTClat is 0.0"; `lower` is the text in lower case. A whole number may be an id or a score.
 pub fn name_units(lower: &str, all: &mut [Number]) {
     for number in all {
-        if number.unit != Unit::None || number.decimals == 0 {
+        let is_zero = number.value == 0.0;
+        if number.unit != Unit::None || number.decimals == 0 && !is_zero {
             continue;
         }
         let markup = ['*', ' ', '`', ':', '=', '(', '"'];
@@ -139,7 +140,12 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
                 rest.is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
             })
         };
-        if let Some((_, unit)) = NAMED.iter().find(named) {
+        let is_motion = |unit: Unit| matches!(unit, Unit::Speed | Unit::Acceleration);
+        let named = NAMED
+            .iter()
+            .find(named)
+            .filter(|one| number.decimals > 0 || is_motion(one.1));
+        if let Some((_, unit)) = named {
             number.unit = *unit;
             // Without a unit, angles are in radians.
             if *unit == Unit::Degree {

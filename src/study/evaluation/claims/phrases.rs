@@ -42,6 +42,9 @@ pub fn stated(lower: &str) -> Vec<(Range<usize>, Quantity, ClaimedValue)> {
         }
     };
     add("no relative velocity", Quantity::VelocityLong, NOTHING);
+    for (_, _, [_, gap, _]) in AXES {
+        add("exact alignment in both", gap, NOTHING);
+    }
     if !lower.contains("longitudinal") && !lower.contains("lat") && !lower.contains("infinite") {
         return found;
     }

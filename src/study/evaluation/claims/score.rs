@@ -306,11 +306,14 @@ fn aspect(head: &str, above: &str) -> Option<RiskAspect> {
     let said = |text: &str, word: &str| has_word(text, word);
     let axis = axis(head);
     let says = |words: &[&str]| words.iter().any(|word| said(head, word));
-    if says(&["velocity", "acceleration", "mdc", "direction"]) {
+    if says(&["velocity", "acceleration", "direction"]) {
         return None;
     }
     if says(&["distance", "distances"]) {
         return Some(RiskAspect::Distance(axis));
+    }
+    if says(&["mdc"]) {
+        return None;
     }
     if says(&["time", "ttc"]) {
         return Some(RiskAspect::Time(axis));

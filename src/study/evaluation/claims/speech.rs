@@ -261,6 +261,9 @@ impl Speech<'_> {
                         }
                     }
                 }
+                // "The closing speed accelerates" is not said of a body.
+                Act::Own(Predicate::Braking | Predicate::Accelerating)
+                    if before.is_some_and(|i| self.is(i, "speed velocity rate closing")) => {}
                 Act::Own(predicate) => {
                     for of in Self::own(clause) {
                         self.push(found, clause, at.clone(), of, (predicate, is_denied));
@@ -288,7 +291,7 @@ impl Speech<'_> {
                         Who::Ego => clause.object.map(|id| (id, true)),
                         Who::Obstacles(ids)
                             if clause.object.is_none()
-                                && (clause.names_ego
+                                && (self.is_named(at.end)
                                     || self.is(at.end, "at closely behind close")) =>
                         {
                             ids.first().map(|id| (*id, false))
@@ -397,6 +400,15 @@ impl Speech<'_> {
             .position(|t| t.is(": ="))
             .filter(|i| *i < 6);
         if let Some([one]) = head.map(|end| named(0..end)).as_deref() {
+            return vec![*one];
+        }
+        // "Lateral distance 2 m but closing": a short clause behind one that names an axis.
+        let start = clause.at.start;
+        let last = self.tokens[..start]
+            .iter()
+            .rposition(|t| t.is(", ; : ( ) but and while"));
+        let last = last.filter(|_| self.is(start, "but and") && clause.at.len() <= 4);
+        if let Some([one]) = last.map(|from| named(from..start)).as_deref() {
             return vec![*one];
         }
         vec![super::number::axis(self.above)]

@@ -7,6 +7,27 @@ use super::sentence::Sentence;
 use super::verbs::{Act, VERBS};
 
 impl Sentence<'_> {
+    /// Whether a bracket with a number is right behind the ego, whom something is likened to.
+    fn is_likened(&self, number: &Number) -> bool {
+        let at = { self.tokens.iter() }.position(|t| t.span.end > number.span.start);
+        let Some(open) = at.and_then(|at| at.checked_sub(1)) else {
+            return false;
+        };
+        let ego = { self.references.iter() }.find(|r| r.at.end == open && r.who == Named::Ego);
+        let says =
+            |from: usize, to: usize, words: &str| self.tokens[from..to].iter().any(|t| t.is(words));
+        ego.is_some_and(|ego| {
+            let start = ego.at.start;
+            self.tokens[open].is("(")
+                && says(start.saturating_sub(2), start, "to as")
+                && says(
+                    start.saturating_sub(6),
+                    start,
+                    "similar same equal comparable close",
+                )
+        })
+    }
+
     /// Whom a bracket right behind a number names: "1.2 m (7), 3.4 m (8)".
     pub(super) fn named_behind(&self, number: &Number) -> Option<i64> {
         let at = { self.tokens.iter() }.position(|t| t.span.start >= number.span.end)?;
@@ -29,6 +50,10 @@ impl Sentence<'_> {
         let owners: Vec<i64> = all
             .filter_map(|other| self.owner(other.span.start))
             .collect();
+        // "A speed similar to the ego (9.1 m/s)" is the ego's.
+        if is_alone(&number) && self.is_likened(number) {
+            return Some(self.ego);
+        }
         let is_compared = owners.len() > 1 && owners.contains(&self.ego);
         Some(number)
             .filter(|number| is_compared && is_alone(number))

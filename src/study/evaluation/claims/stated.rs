@@ -536,7 +536,7 @@ impl Sentence<'_> {
                     "clearance",
                     "spacing",
                     "headway",
-                ]) =>
+                ]) || axis(before).is_some() =>
             {
                 match axis(before).or_else(|| axis(self.above)) {
                     Some(true) => Quantity::GapLong,

@@ -294,7 +294,10 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Other,
         ),
         ("turn signal|indicator|lane", Other),
-        ("lane change|merging maneuver|manoeuvre|trajectory", Other),
+        (
+            "lane change|changing|merging maneuver|manoeuvre|trajectory|possibility|probability|likelihood|intention|potential",
+            Other,
+        ),
         ("left|right turn", Other),
     ])
 });

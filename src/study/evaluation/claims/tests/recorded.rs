@@ -267,6 +267,26 @@ fn what_is_said_of_changes_and_courses_is_no_more_than_that() {
         stated("a lateral gap of 2.00 m to the right"),
         ["-2.00 m", "right"]
     );
+    assert_eq!(stated("it has a lane change possibility"), [] as [&str; 0]);
+    assert_eq!(stated("the closing speed accelerates"), [] as [&str; 0]);
+    assert_eq!(
+        stated("it followed a trajectory away from the ego"),
+        [] as [&str; 0]
+    );
+    assert_eq!(
+        stated("lateral distance 2.00 m but moving away")[1..],
+        ["moving away laterally"]
+    );
+    assert_eq!(
+        stated("the distance (2.00 m laterally) is increasing"),
+        ["moving away", "2.00 m"]
+    );
+    assert_eq!(
+        stated("exact alignment in both dimensions"),
+        ["0.0 m", "0.0 m"]
+    );
+    let likened = moment.claims("Obstacle 301: its velocity is similar to the ego (33.40 m/s).");
+    assert_eq!((likened[0].0, likened.len()), (0, 1));
     // At the end it is ahead, and was so at all steps or not.
     let of = |text: &str| moment.outcomes(&filled(text, moment.id, &facts));
     assert_eq!(of("Obstacle ID moves throughout the window."), []);
