@@ -302,7 +302,9 @@ fn pieces<'t>(
             }
             // "A collision with 7" is one.
             "with" => {
-                const JOINED: [&str; 14] = [
+                const JOINED: [&str; 16] = [
+                    "intersect",
+                    "align",
                     "collision",
                     "contact",
                     "crash",
@@ -455,6 +457,7 @@ fn subject(
     let is_first = |r: &&&Reference| {
         let next = at.start + 1;
         tokens[at.start].is("with")
+            && !tokens.get(r.at.end).is_some_and(|t| t.is("'s"))
             && (r.at.start == next || r.at.start == next + 1 && tokens[next].is("the"))
     };
     // "The ego and 7 are in one lane".

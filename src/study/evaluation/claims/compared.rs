@@ -139,7 +139,9 @@ impl Speech<'_> {
         };
         let is_near = verb.start >= noun.end && verb.start - noun.end <= 8
             || noun.start < clause.at.start && begin < clause.at.start
-            || noun.start >= verb.end && noun.start - verb.end <= 2;
+            || noun.start >= verb.end
+                && (verb.end..noun.start)
+                    .all(|i| self.is(i, "in of the its both longitudinal lateral and relative"));
         // "Increasing the distance" is a verb of its own.
         let is_taken = found
             .iter()
@@ -159,7 +161,12 @@ impl Speech<'_> {
                     } else {
                         Predicate::Approaching(axis)
                     };
-                    for id in self.pair(clause) {
+                    // "We see a decrease in distance": to whom all of it is about.
+                    let mut pair = self.pair(clause);
+                    if pair.is_empty() && clause.who == Who::Ego {
+                        pair.extend(clause.topic);
+                    }
+                    for id in pair {
                         self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
                     }
                 }

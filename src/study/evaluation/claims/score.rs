@@ -99,6 +99,7 @@ fn around(lower: &str, at: usize) -> Range<usize> {
     let bytes = lower.as_bytes();
     let divides = |place: &usize| match bytes[*place] {
         b',' | b';' | b'|' => true,
+        b'-' => *place > 0 && bytes[place - 1] == b' ' && bytes.get(place + 1) == Some(&b' '),
         b'.' => !bytes.get(place + 1).is_some_and(u8::is_ascii_digit),
         _ => false,
     };
@@ -109,8 +110,10 @@ fn around(lower: &str, at: usize) -> Range<usize> {
 
 /// The score that a number states.
 fn score(lower: &str, above: &str, number: &Number) -> Option<Said> {
-    let is_score =
-        number.unit == Unit::None && number.decimals == 0 && (0.0..=5.0).contains(&number.value);
+    // "Safety score: 5.0".
+    let is_whole = number.decimals == 0
+        || number.decimals == 1 && number.value.fract() == 0.0 && has_word(lower, "score");
+    let is_score = number.unit == Unit::None && (0.0..=5.0).contains(&number.value) && is_whole;
     if !is_score {
         return None;
     }
@@ -276,7 +279,21 @@ fn class_said(lower: &str, above: &str) -> Option<Said> {
     }
     let of = aspect(&plain[around(&plain, at).start..at], above)?;
     let value = ClaimedValue::Score { score: *score, of };
-    Some((at..at + class.len(), Quantity::Risk, value))
+    // "An extreme risk of collision" is no collision.
+    let risk = lower[at..]
+        .find("risk")
+        .map_or(class.len(), |end| end + "risk".len());
+    let of_what = ["of collision", "of a collision", "of contact"];
+    let rest = &lower[at + risk..];
+    let more = of_what
+        .iter()
+        .find(|words| rest.trim_start().starts_with(**words));
+    let end = at
+        + risk
+        + more.map_or(0, |words| {
+            rest.len() - rest.trim_start().len() + words.len()
+        });
+    Some((at..end, Quantity::Risk, value))
 }
 
 /// A field with a class alone: "overall risk: low".

@@ -92,7 +92,7 @@ impl Speech<'_> {
         const DENIALS: &str = "not no never without neither nor none nobody";
         const UNCLEAR: &str = "hardly barely rarely scarcely seldom fails fail refrains refrain ceases ceased instead than nothing excluded \
         only almost nearly";
-        let mut denials = 0;
+        let (mut denials, mut is_weighed) = (0, false);
         for place in (self.begins(clause)..at).rev() {
             let token = &self.tokens[place];
             const ENDS: &str = "and but due because since despite given as for applicable with";
@@ -107,7 +107,13 @@ impl Speech<'_> {
             }
             // "Neither … nor" is one.
             let is_second = token.is("neither") && denials > 0;
+            // "No significant approach" may be a slight one.
+            is_weighed |=
+                token.is("significant significantly substantial substantially notable notably");
             if token.is(DENIALS) && !self.is(place + 1, "only doubt") && !is_second {
+                if is_weighed {
+                    return None;
+                }
                 denials += 1;
             }
         }
@@ -211,6 +217,16 @@ impl Speech<'_> {
                 && !self.is(at.start, "in on at same")
                 && !begins
             {
+                continue;
+            }
+            // "3 m away laterally" is a place.
+            if self.is(at.start, "away") && before.is_some_and(|i| self.tokens[i].number.is_some())
+            {
+                continue;
+            }
+            // "The relative velocity is higher than the ego's".
+            let is_relative = before.is_some_and(|i| self.is(i, "relative closing"));
+            if is_relative && self.is(at.start, "speed velocity") && matches!(act, Act::Pair(_)) {
                 continue;
             }
             // "The brake", "its brake".

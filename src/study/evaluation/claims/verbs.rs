@@ -99,6 +99,7 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Nears(false),
         ),
         ("get|move|drift further|farther|apart", Nears(false)),
+        ("=away longitudinally|laterally", Nears(false)),
         // Speed.
         ("=braking|=brakes|=braked|=brake|=stopping", Own(P::Braking)),
         ("brake|braking harder", Other),
@@ -262,6 +263,23 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             "slower than ego|us|me|we|our|my|i|you",
             Pair(P::SlowerThanEgo),
         ),
+        (
+            "higher|greater speed|velocity than ego|us|me|our|my",
+            Pair(P::FasterThanEgo),
+        ),
+        (
+            "lower|smaller speed|velocity than ego|us|me|our|my",
+            Pair(P::SlowerThanEgo),
+        ),
+        (
+            "speed|velocity is|remains|stays higher|greater than ego|our|my",
+            Pair(P::FasterThanEgo),
+        ),
+        (
+            "speed|velocity is|remains|stays lower|smaller than ego|our|my",
+            Pair(P::SlowerThanEgo),
+        ),
+        ("speed|velocity exceeds ego|our|my", Pair(P::FasterThanEgo)),
         (
             "=follows|=following|=follow|=followed|=trails|=trailing|=tails|=tailing|tailgate|=chasing",
             Follows,

@@ -285,6 +285,24 @@ fn what_is_said_of_changes_and_courses_is_no_more_than_that() {
         stated("exact alignment in both dimensions"),
         ["0.0 m", "0.0 m"]
     );
+    assert_eq!(
+        stated("it is moving towards us but away laterally")[1..],
+        ["moving away laterally"]
+    );
+    assert_eq!(stated("it is 3.00 m away laterally"), ["3.00 m"]);
+    assert_eq!(
+        stated("it has a lower velocity than the ego"),
+        ["slower than the ego"]
+    );
+    assert_eq!(stated("its velocity exceeds that of all"), [] as [&str; 0]);
+    assert_eq!(
+        stated("we see a steady decrease in the longitudinal distance"),
+        ["approaching longitudinally"]
+    );
+    assert_eq!(stated("distance safety score: 5.0"), ["5 of distance"]);
+    let counted = moment
+        .claims("1. **Obstacle 1 (301.0)**:\n   - Speed: 28.46 m/s\n2. **Obstacle 2 (302)**:");
+    assert_eq!((counted[0].0, counted.len()), (301, 1));
     let likened = moment.claims("Obstacle 301: its velocity is similar to the ego (33.40 m/s).");
     assert_eq!((likened[0].0, likened.len()), (0, 1));
     // At the end it is ahead, and was so at all steps or not.
