@@ -32,8 +32,8 @@ pub struct Above {
     both: Option<[i64; 2]>,
     /// Whether the line above is a label for the ego: "Ego:".
     pub is_of_ego: bool,
-    /// The indent of that label.
-    ego_indent: usize,
+    /// The indent of that label; `None` of a heading.
+    ego_indent: Option<usize>,
     /// Whether a sentence of the line left open whom the next one is about.
     pub open: bool,
     /// Whether it did so because it was about the ego.
@@ -141,10 +141,10 @@ impl Above {
         let is_label =
             bare.trim_end_matches('*').ends_with([':', ')']) || heading || words == label;
         let names_ego = is_label && is_ego(label);
-        let is_below = indent > self.ego_indent || !item;
+        let is_below = self.ego_indent.is_none_or(|own| indent > own) || !item;
         self.is_of_ego = names_ego || self.is_of_ego && !heading && is_nameless && is_below;
         if names_ego {
-            self.ego_indent = indent;
+            self.ego_indent = Some(indent).filter(|_| !heading);
         }
     }
 

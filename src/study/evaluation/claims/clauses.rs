@@ -187,18 +187,22 @@ pub fn clauses(tokens: &[Token], references: &[Reference], spoken: &Spoken) -> V
         } else {
             mood(words, &who)
         };
+        // What is only compared with does not go on.
+        let is_aside = compared.is_some();
         match &who {
+            _ if is_aside => {}
             Who::Obstacles(ids) => noun = <[i64; 1]>::try_from(ids.as_slice()).ok().map(|[id]| id),
             Who::Ego => noun = object.or(noun),
             Who::Unknown => {}
         }
         match &who {
+            _ if is_aside => {}
             Who::Obstacles(ids) if ids.len() == 1 => it = ids.first().copied(),
             Who::Obstacles(_) => it = None,
             Who::Ego => it = object.or(it).filter(|_| object.is_some() || own.is_empty()),
             Who::Unknown => {}
         }
-        if !words.is_empty() {
+        if !words.is_empty() && !is_aside {
             last = Some(who.clone());
         }
         let (labelled, clause_end) = (label.clone(), at.end);
@@ -538,6 +542,18 @@ fn subject(
                 && tokens[at.start..own[0].at.start].iter().all(|t| {
                     !t.is_word() || t.is("the and but while with at so reflects simply only of")
                 });
+            // "The velocity of the ego".
+            let of = (at.start..own[0].at.start).rfind(|i| tokens[*i].is("of"));
+            let is_of_ego = is_of_ego
+                || own[0].who == Named::Ego
+                    && own[0].at.end <= before
+                    && ids.is_empty()
+                    && of.is_some_and(|of| {
+                        of > at.start
+                            && of + 2 >= own[0].at.start
+                            && tokens[of - 1]
+                                .is("speed velocity acceleration deceleration heading orientation")
+                    });
             match ids.as_slice() {
                 _ if is_of_ego => (Who::Ego, others(None)),
                 [] if has_others => (Who::Unknown, None),

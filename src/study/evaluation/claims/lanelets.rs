@@ -44,6 +44,16 @@ impl Sentence<'_> {
             .numbers
             .get(self.tokens.get(end)?.number?)?
             .as_integer()?;
+        // "In the same lanelet (7)", where that is whom the sentence is about.
+        let is_obstacle =
+            self.references.iter().any(|r| r.who == Named::Obstacle(id)) || { self.clauses.iter() }
+                .any(|clause| {
+                    clause.topic == Some(id)
+                        || matches!(&clause.who, Who::Obstacles(ids) if ids.contains(&id))
+                });
+        if is_obstacle {
+            return None;
+        }
         let is_number = |i: usize| self.tokens.get(i).is_some_and(|t| t.number.is_some());
         // One of several, or the first of two that it passes.
         let goes_on =

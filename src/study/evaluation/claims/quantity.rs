@@ -57,6 +57,14 @@ fn names_axis_of(near: &str, unit: Unit) -> bool {
         _ => &["acceleration", "deceleration", "relative", "ttc", "time"],
     };
     let at = near.rfind("longitudinal").max(near.rfind("lateral"));
+    // "Longitudinally it is close (3 m)".
+    if at.is_some_and(|at| {
+        ["longitudinally", "laterally"]
+            .iter()
+            .any(|word| near[at..].starts_with(word))
+    }) {
+        return true;
+    }
     let behind = at.map(|at| near[at..].split(|c: char| !c.is_alphabetic()).skip(1));
     behind.is_some_and(|mut words| words.by_ref().take(2).any(|word| nouns.contains(&word)))
 }
@@ -125,6 +133,7 @@ impl Sentence<'_> {
             let (first, last) = (self.tokens.get(first)?, self.tokens.get(last)?);
             only_axis(&self.lower[first.span.start..last.span.end])
         });
+        let own_axis = find_axis(own, after).or(label).or_else(|| axis(self.above));
         let is_short = near.len() < 40 || near.contains(':');
         let named = find_axis(own, after).or(label).or_else(|| {
             let is_near = is_bracket && names_axis_of(near, number.unit)
@@ -190,6 +199,13 @@ impl Sentence<'_> {
                 Some((Ttc, false))
             }
             Unit::Degree
+                if ["chang", "turn", "rotat"]
+                    .iter()
+                    .any(|word| near.contains(word)) =>
+            {
+                None
+            }
+            Unit::Degree
                 if has_word(&near_or_above, "heading") || has_word(near, "orientation") =>
             {
                 Some((Heading, false))
@@ -220,7 +236,7 @@ impl Sentence<'_> {
                     .any(|word| has_word(clause_of(near).as_str(), word) || has_word(clause, word))
                     || has_word(self.above, "mdc")
                         && near.trim_matches(['*', ' ', '-', '~', '≈']).is_empty();
-                if is_least && axis.is_none() {
+                if is_least && own_axis.is_none() && (axis.is_none() || has_word(own, "mdc")) {
                     return Some((LeastDistance, true));
                 }
                 let smallest = ["minimum", "smallest", "least", "min", "closest", "nearest"];
@@ -278,7 +294,7 @@ impl Sentence<'_> {
                     ));
                 }
                 // "Longitudinal MDC".
-                let is_other = |word: &&&str| **word != "mdc" || axis.is_none();
+                let is_other = |word: &&&str| **word != "mdc" || own_axis.is_none();
                 let mut others = OTHER_LENGTHS.iter().filter(is_other);
                 if others.any(|word| has_word(own, word))
                     || axis.is_none()
@@ -340,7 +356,11 @@ impl Sentence<'_> {
             Unit::Speed => {
                 // "Relative velocity: ego velocity is 3 m/s": of the ego its clause alone tells.
                 let is_egos = clause_at.is_some_and(|clause| clause.who == Who::Ego);
-                let near = if is_egos { own } else { near };
+                let near = if is_egos {
+                    own.rsplit("ego").next().unwrap_or(own)
+                } else {
+                    near
+                };
                 let said = if is_egos {
                     without_reference(own)
                 } else {

@@ -117,7 +117,11 @@ impl Speech<'_> {
                 denials += 1;
             }
         }
-        (denials < 2).then_some(denials == 1)
+        // "Not closing fast enough" may be closing.
+        let is_weighed = denials == 1
+            && (at..clause.at.end)
+                .any(|i| self.is(i, "significantly substantially notably dramatically enough"));
+        (denials < 2 && !is_weighed).then_some(denials == 1)
     }
 
     /// Where a clause begins that goes on behind brackets: "neither 7 (2 m) touches the ego".
@@ -168,7 +172,7 @@ impl Speech<'_> {
     /// The verbs of a clause.
     pub(super) fn acts(&self, clause: &Clause, found: &mut Vec<Said>) {
         const NO_NOUN: &str = "distance distances light lights sign line signal rate trajectory path speed velocity time behavior behaviour \
-        capability force maneuver manoeuvre vehicles traffic obstacles cars threshold phase objects gap lane lanes";
+        capability force approximation assumption model maneuver manoeuvre vehicles traffic obstacles cars threshold phase objects gap lane lanes";
         let mut acts = VERBS.all(self.tokens, clause.at.clone());
         // "Closing in the same lane" is two.
         let words = &self.tokens[..clause.at.end];
@@ -219,13 +223,16 @@ impl Speech<'_> {
             {
                 continue;
             }
-            // "3 m away laterally" is a place.
-            if self.is(at.start, "away") && before.is_some_and(|i| self.tokens[i].number.is_some())
-            {
+            // "3 m away laterally", "is further away laterally" are places.
+            let is_place = before.is_some_and(|i| {
+                let is_far = self.is(i, "further farther far") && i > 0;
+                self.tokens[i].number.is_some() || is_far && self.is(i - 1, "is are remains")
+            });
+            if is_place && self.is(at.start, "away") {
                 continue;
             }
             // "The relative velocity is higher than the ego's".
-            let is_relative = before.is_some_and(|i| self.is(i, "relative closing"));
+            let is_relative = before.is_some_and(|i| self.is(i, "relative closing initial"));
             if is_relative && self.is(at.start, "speed velocity") && matches!(act, Act::Pair(_)) {
                 continue;
             }
@@ -307,7 +314,7 @@ impl Speech<'_> {
                         Who::Ego => clause.object.map(|id| (id, true)),
                         Who::Obstacles(ids)
                             if clause.object.is_none()
-                                && (self.is_named(at.end)
+                                && (self.is_ego(at.end)
                                     || self.is(at.end, "at closely behind close")) =>
                         {
                             ids.first().map(|id| (*id, false))

@@ -2,7 +2,7 @@
 
 use super::clauses::{Mood, Who};
 use super::find::ends_with_word;
-use super::number::{Number, Unit, axis, scale};
+use super::number::{Number, Unit, axis, find_axis, scale};
 use super::sentence::Sentence;
 use super::tokens::{denies, has_word};
 use super::{Claim, ClaimedValue, Quantity};
@@ -108,7 +108,13 @@ impl Sentence<'_> {
             return Vec::new();
         };
         let words = &self.tokens[clause.at.clone()];
-        let is_past = match clause.mood {
+        // "Initially far (15 m)": as what its bracket stands behind.
+        let (begin, is_bracket) = self.begins(number);
+        let mood = match self.clause(begin).filter(|_| is_bracket) {
+            Some(before) if before.mood == Mood::Past => Mood::Past,
+            _ => clause.mood,
+        };
+        let is_past = match mood {
             Mood::Said => false,
             Mood::Past => true,
             Mood::Future | Mood::Supposed => return Vec::new(),
@@ -522,6 +528,7 @@ impl Sentence<'_> {
             return None;
         }
         let before = &self.lower[..pair[0].span.start];
+        let after = self.lower[pair[1].span.end..].trim_start_matches(['*', ' ', '`']);
         let says = |words: &[&str]| {
             words
                 .iter()
@@ -538,7 +545,7 @@ impl Sentence<'_> {
                     "headway",
                 ]) || axis(before).is_some() =>
             {
-                match axis(before).or_else(|| axis(self.above)) {
+                match find_axis(before, after).or_else(|| axis(self.above)) {
                     Some(true) => Quantity::GapLong,
                     Some(false) => Quantity::GapLat,
                     None => Quantity::Distance,

@@ -300,6 +300,12 @@ fn what_is_said_of_changes_and_courses_is_no_more_than_that() {
         ["approaching longitudinally"]
     );
     assert_eq!(stated("distance safety score: 5.0"), ["5 of distance"]);
+    assert_eq!(
+        stated("the ego and the obstacle share the same lanelet (301)").len(),
+        1
+    );
+    assert_eq!(stated("it is not closing fast enough"), [] as [&str; 0]);
+    assert_eq!(stated("there is no significant approach"), [] as [&str; 0]);
     let counted = moment
         .claims("1. **Obstacle 1 (301.0)**:\n   - Speed: 28.46 m/s\n2. **Obstacle 2 (302)**:");
     assert_eq!((counted[0].0, counted.len()), (301, 1));
@@ -361,6 +367,19 @@ fn whom_a_sentence_behind_one_about_the_ego_is_about() {
     ] {
         assert_eq!(whom(text), wanted, "{text}");
     }
+    // What something is compared with is not what goes on.
+    assert_eq!(
+        whom("Obstacle 301 is faster than the ego (30.00 m/s) and is braking."),
+        [301, 301]
+    );
+    assert_eq!(
+        whom("### Ego vehicle analysis\n- The velocity of the ego vehicle is 3.00 m/s."),
+        [0]
+    );
+    assert_eq!(
+        whom("#### Ego vehicle\n- It turns.\n- Speed: 3.00 m/s"),
+        [0]
+    );
     // "It" may be the ego.
     assert_eq!(
         whom("### Obstacle 301\n- The ego is braking. It is accelerating."),
