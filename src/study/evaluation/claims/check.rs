@@ -118,7 +118,9 @@ impl CheckedClaim {
                 RiskAspect::Distance(axis) => format!("{score} of {}distance", axis_word(axis)),
                 RiskAspect::Time(axis) => format!("{score} of {}time", axis_word(axis)),
             },
-            ClaimedValue::Change { from, to, decimals } => {
+            ClaimedValue::Change {
+                from, to, decimals, ..
+            } => {
                 let decimals = usize::from(decimals);
                 let unit = self.claim.quantity.unit();
                 format!("{from:.decimals$} to {to:.decimals$} {unit}")
@@ -241,6 +243,9 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
         return remembered(&claim, subject, step);
     }
     let mut checked = at(&claim, subject, step);
+    if claim.is_throughout && checked.judgement == Judgement::Right {
+        checked.judgement = throughout(&claim, subject);
+    }
     if checked.judgement == Judgement::Wrong
         && let Some(why) = excuse(&claim, subject, step)
     {
@@ -300,6 +305,18 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     checked
 }
 
+/// Whether what is so now was so at all steps of the window.
+fn throughout(claim: &Claim, subject: &Subject<'_>) -> Judgement {
+    let all = subject.steps().steps();
+    let mut judged = all.map(|step| at(claim, subject, step).judgement);
+    match judged.find(|one| *one != Judgement::Right) {
+        None if subject.window.is_some() => Judgement::Right,
+        None => Judgement::Unknown("the described steps are unknown"),
+        // It may be said of most of them.
+        Some(_) => Judgement::Unknown("not true at an earlier step"),
+    }
+}
+
 /// What is said of a time before: it is right where it held at any step of the window.
 fn remembered(claim: &Claim, subject: &Subject<'_>, present: i64) -> CheckedClaim {
     let all = subject.steps().steps().map(|step| at(claim, subject, step));
@@ -337,8 +354,14 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
         contradicts: None,
         claim: claim.clone(),
     };
-    if let ClaimedValue::Change { from, to, decimals } = claim.stated {
-        changed(&mut checked, subject, (from, to, decimals));
+    if let ClaimedValue::Change {
+        from,
+        to,
+        decimals,
+        rough,
+    } = claim.stated
+    {
+        changed(&mut checked, subject, (from, to), (decimals, rough));
         return checked;
     }
     if claim.obstacle == scene.ego.id {
@@ -553,14 +576,15 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
 fn changed(
     checked: &mut CheckedClaim,
     subject: &Subject<'_>,
-    (from, to, decimals): (f64, f64, u8),
+    (from, to): (f64, f64),
+    (decimals, rough): (u8, bool),
 ) {
     let step = checked.step;
     let number = |value: f64| Claim {
         stated: ClaimedValue::Number {
             value,
             decimals,
-            rough: false,
+            rough,
             magnitude: value >= 0.0,
         },
         ..checked.claim.clone()

@@ -17,6 +17,27 @@ pub enum Who {
     Unknown,
 }
 
+/// Of whom a sentence speaks where it does not say.
+pub struct Spoken {
+    /// Whom it is about.
+    pub current: Who,
+    /// Whom "the obstacle" means.
+    pub noun: Option<i64>,
+    /// Whom "both obstacles" means.
+    pub both: Option<[i64; 2]>,
+}
+
+impl Spoken {
+    /// Of one obstacle.
+    pub fn of(id: i64) -> Self {
+        Self {
+            current: Who::Obstacles(vec![id]),
+            noun: Some(id),
+            both: None,
+        }
+    }
+}
+
 /// How a clause says what it says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mood {
@@ -97,10 +118,10 @@ const SUPPOSING: &str = "ready prepare prepared preparing if unless would could 
 const PAST: &str =
     "was were had initially previously earlier originally ago formerly came did began";
 
-/// The clauses of a sentence in order; `current` is whom it is about where it does not say.
-pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec<Clause> {
-    let is_of_ego = *current == Who::Ego;
-    let current = match current {
+/// The clauses of a sentence in order.
+pub fn clauses(tokens: &[Token], references: &[Reference], spoken: &Spoken) -> Vec<Clause> {
+    let is_of_ego = spoken.current == Who::Ego;
+    let current = match &spoken.current {
         Who::Obstacles(ids) => ids.first().copied(),
         Who::Ego | Who::Unknown => None,
     };
@@ -119,9 +140,12 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
     named.dedup();
     let only = <[i64; 1]>::try_from(named).ok().map(|[id]| id);
     let mut it = current.or(only);
+    let mut noun = it.or(spoken.noun);
     let mut met: Option<i64> = None;
     for (at, end_mark) in pieces(tokens, references) {
-        if end_mark == Some(":") {
+        // "Laterally, it recedes".
+        let is_axis = at.len() == 1 && tokens[at.start].is("laterally longitudinally");
+        if end_mark == Some(":") || is_axis && end_mark == Some(",") {
             label = at.clone();
         }
         let words = &tokens[at.clone()];
@@ -132,7 +156,13 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
         let own: Vec<&Reference> = { references.iter() }
             .filter(|r| at.contains(&r.at.start) && !r.is_compared)
             .collect();
-        let (mut who, object) = subject(tokens, &at, &own, last.as_ref(), it);
+        let before = Before {
+            last: last.as_ref(),
+            it,
+            noun,
+            both: spoken.both,
+        };
+        let (mut who, object) = subject(tokens, &at, &own, &before);
         // "Faster (28 m/s) than the ego (24 m/s)".
         let is_bracket = at.start > 0 && tokens[at.start - 1].is("(");
         let compared = references
@@ -157,19 +187,30 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
         } else {
             mood(words, &who)
         };
+        // What is only compared with does not go on.
+        let is_aside = compared.is_some();
         match &who {
+            _ if is_aside => {}
+            Who::Obstacles(ids) => noun = <[i64; 1]>::try_from(ids.as_slice()).ok().map(|[id]| id),
+            Who::Ego => noun = object.or(noun),
+            Who::Unknown => {}
+        }
+        match &who {
+            _ if is_aside => {}
             Who::Obstacles(ids) if ids.len() == 1 => it = ids.first().copied(),
             Who::Obstacles(_) => it = None,
             Who::Ego => it = object.or(it).filter(|_| object.is_some() || own.is_empty()),
             Who::Unknown => {}
         }
-        if !words.is_empty() {
+        if !words.is_empty() && !is_aside {
             last = Some(who.clone());
         }
-        let labelled = label.clone();
+        let (labelled, clause_end) = (label.clone(), at.end);
         let is_label =
             end_mark == Some(":") && !words.iter().any(|t| t.is("is are am has have was were"));
-        if end_mark != Some(":") && end_mark != Some(",") && end_mark != Some("(") {
+        // "Lateral TTC: 3 m/s with a gap of 2 m".
+        let goes_on = end_mark.is_none() && tokens.get(clause_end).is_some_and(|t| t.is("with"));
+        if end_mark != Some(":") && end_mark != Some(",") && end_mark != Some("(") && !goes_on {
             label = 0..0;
         }
         found.push(Clause {
@@ -227,29 +268,36 @@ fn pieces<'t>(
         let opens = match token.word.as_str() {
             "and" => {
                 let side = (at + 1..at + 5).any(|i| place(tokens.get(i)));
-                let is_ego = before.is_some_and(|b| b.is("ego vehicle"))
-                    && references
-                        .iter()
-                        .any(|r| r.who == Named::Ego && r.at.end == at)
-                    && references
-                        .iter()
-                        .any(|r| r.at.start == at + 1 && matches!(r.who, Named::Obstacle(_)));
                 let is_last = before.is_some_and(|b| b.is(","))
                     && after.is_some_and(|a| a.number.is_some())
                     && at > 1
                     && tokens[at - 2].number.is_some();
-                // "Obstacle 7 and obstacle 8 are".
-                let ends = |r: &&Reference| r.at.end == at && matches!(r.who, Named::Obstacle(_));
-                let begins =
-                    |r: &&Reference| r.at.start == at + 1 && matches!(r.who, Named::Obstacle(_));
-                let is_listed = references
-                    .iter()
-                    .any(|r| ends(&r) && r.at.start <= from + 1)
-                    && references.iter().any(|r| begins(&r));
+                // "Obstacle 7 and obstacle 8 are", "both the ego and the obstacle are".
+                let first = references.iter().find(|r| r.at.end == at);
+                let second = references.iter().find(|r| r.at.start == at + 1);
+                let is_one =
+                    |who: Named| matches!(who, Named::Obstacle(_) | Named::It | Named::Ego);
+                let is_listed = first.zip(second).is_some_and(|(first, second)| {
+                    let is_ego = first.who == Named::Ego || second.who == Named::Ego;
+                    let is_id = matches!(second.who, Named::Obstacle(_));
+                    let begins = first.at.start <= from + 1
+                        || first.who == Named::Ego
+                            && is_id
+                            && before.is_some_and(|b| b.is("ego vehicle"));
+                    // "The ego brakes, and 7 and the ego are close".
+                    let ends = second.who != Named::Ego
+                        || tokens
+                            .get(second.at.end)
+                            .is_some_and(|t| t.is("are is share both remain"));
+                    begins
+                        && ends
+                        && is_one(first.who)
+                        && is_one(second.who)
+                        && (!is_ego || first.who != second.who)
+                });
                 let is_pair = both_numbers
                     || is_listed
                     || is_last
-                    || is_ego
                     || axis(after)
                     || axis(before) && before.is_some_and(|b| b.is("longitudinal lateral"))
                     || place(before) && side && !after.is_some_and(|a| a.is("a an"))
@@ -258,7 +306,9 @@ fn pieces<'t>(
             }
             // "A collision with 7" is one.
             "with" => {
-                const JOINED: [&str; 14] = [
+                const JOINED: [&str; 16] = [
+                    "intersect",
+                    "align",
                     "collision",
                     "contact",
                     "crash",
@@ -287,7 +337,11 @@ fn pieces<'t>(
             }
             "yet" => !before.is_some_and(|b| b.is("not")),
             "so" => !before.is_some_and(|b| b.is("or not")),
-            word => OPENERS.contains(&word) || is_thought(tokens, references, (from, at)),
+            // "Not indicating a collision".
+            word => {
+                OPENERS.contains(&word) && !before.is_some_and(|b| b.is("not"))
+                    || is_thought(tokens, references, (from, at))
+            }
         };
         if opens && at > from {
             found.push((from..at, None));
@@ -303,12 +357,26 @@ fn pieces<'t>(
 /// Whether a participant is what someone thinks or sees something of: "I know 7 is braking".
 fn is_thought(tokens: &[Token], references: &[Reference], (from, at): (usize, usize)) -> bool {
     const THINKS: &str = "know think believe guess infer conclude assume observe notice expect sure certain aware \
-        says show shows showing means confirm confirms";
-    let other = |r: &Reference| r.at.start == at && r.who != Named::Ego;
+        says show shows showing means confirm confirms indicates indicate suggests suggest implies";
+    // "This indicates the ego brakes".
+    let is_seen = tokens[from].is("this that which it");
+    let other = |r: &Reference| r.at.start == at && (r.who != Named::Ego || is_seen);
     let before = (from..at)
         .rev()
         .find(|i| !tokens[*i].is("that the a an of"));
     references.iter().any(other) && before.is_some_and(|i| tokens[i].is(THINKS))
+}
+
+/// Of whom the clauses before one speak.
+struct Before<'a> {
+    /// Whom the last one was about.
+    last: Option<&'a Who>,
+    /// Who "it" is.
+    it: Option<i64>,
+    /// Who "the obstacle" is, also behind a clause about the ego.
+    noun: Option<i64>,
+    /// Who "both obstacles" are.
+    both: Option<[i64; 2]>,
 }
 
 /// Whom a clause is about, and which other obstacle it names.
@@ -316,16 +384,26 @@ fn subject(
     tokens: &[Token],
     at: &Range<usize>,
     own: &[&Reference],
-    last: Option<&Who>,
-    it: Option<i64>,
+    before: &Before<'_>,
 ) -> (Who, Option<i64>) {
+    let &Before {
+        last,
+        it,
+        noun,
+        both,
+    } = before;
     let one = |id: i64| Who::Obstacles(vec![id]);
     let id_of = |r: &Reference| match r.who {
         Named::Obstacle(id) => Some(id),
+        Named::It if is_noun(&tokens[r.at.clone()]) => it.or(noun),
         Named::It => it,
         _ => None,
     };
     let inherited = || match last {
+        // The distance is one to whom all of it is about.
+        Some(Who::Ego) | None if is_relational(&tokens[at.clone()]) => {
+            it.or(noun).map_or(Who::Unknown, one)
+        }
         Some(who) => who.clone(),
         None => it.map_or(Who::Unknown, one),
     };
@@ -383,13 +461,14 @@ fn subject(
     let is_first = |r: &&&Reference| {
         let next = at.start + 1;
         tokens[at.start].is("with")
+            && !tokens.get(r.at.end).is_some_and(|t| t.is("'s"))
             && (r.at.start == next || r.at.start == next + 1 && tokens[next].is("the"))
     };
     // "The ego and 7 are in one lane".
     if let [first, second, ..] = own
         && first.who == Named::Ego
         && !first.is_governed
-        && let Named::Obstacle(id) = second.who
+        && let Some(id) = id_of(second)
         && tokens[first.at.end..second.at.start]
             .iter()
             .all(|t| t.is("and"))
@@ -420,6 +499,10 @@ fn subject(
         first.filter(|first| rest.all(|id| id == *first))
     };
     match nominal.map(|r| r.who) {
+        Some(Named::Both) => (
+            both.map_or(Who::Unknown, |both| Who::Obstacles(both.into())),
+            None,
+        ),
         Some(Named::Obstacle(_) | Named::It) => {
             let Some(id) = nominal.and_then(|r| id_of(r)) else {
                 let is_ego = last == Some(&Who::Ego)
@@ -444,7 +527,7 @@ fn subject(
             let has_others = own
                 .iter()
                 .filter(is_subject)
-                .any(|r| matches!(r.who, Named::Nobody | Named::Other));
+                .any(|r| matches!(r.who, Named::Nobody | Named::Other | Named::Both));
             let before = verb.unwrap_or(at.end);
             let has_property = tokens[at.start..before].iter().any(is_property);
             // "My speed", "the ego's braking".
@@ -459,18 +542,18 @@ fn subject(
                 && tokens[at.start..own[0].at.start].iter().all(|t| {
                     !t.is_word() || t.is("the and but while with at so reflects simply only of")
                 });
-            // "The speed of the ego".
-            let owned = own[0].at.start.saturating_sub(1);
-            let owned = owned - usize::from(tokens[owned].is("the") && owned > at.start);
+            // "The velocity of the ego".
+            let of = (at.start..own[0].at.start).rfind(|i| tokens[*i].is("of"));
             let is_of_ego = is_of_ego
                 || own[0].who == Named::Ego
-                    && owned > at.start
-                    && tokens[owned].is("of")
-                    && tokens[owned - 1]
-                        .is("speed velocity acceleration deceleration heading position")
-                    && tokens[at.start..owned - 1]
-                        .iter()
-                        .all(|t| t.is("the and but while"));
+                    && own[0].at.end <= before
+                    && ids.is_empty()
+                    && of.is_some_and(|of| {
+                        of > at.start
+                            && of + 2 >= own[0].at.start
+                            && tokens[of - 1]
+                                .is("speed velocity acceleration deceleration heading orientation position")
+                    });
             match ids.as_slice() {
                 _ if is_of_ego => (Who::Ego, others(None)),
                 [] if has_others => (Who::Unknown, None),
@@ -505,6 +588,24 @@ fn subject(
             }
         }
     }
+}
+
+/// Whether words name an obstacle by a noun, not by a pronoun.
+fn is_noun(words: &[Token]) -> bool {
+    words
+        .iter()
+        .any(|t| t.is("obstacle object participant actor them"))
+}
+
+/// Whether a clause begins with what is between two: "the distance is".
+fn is_relational(words: &[Token]) -> bool {
+    const BETWEEN: &str =
+        "distance distances gap ttc separation clearance relative closing lateral longitudinal";
+    let mut head = words.iter().skip_while(|t| {
+        t.is("and but while so thus hence as because since with the a an this its current overall now")
+            || t.word.ends_with("ly")
+    });
+    head.next().is_some_and(|t| t.is(BETWEEN))
 }
 
 /// Whether a clause begins with a noun of its own that is no property of a participant: "the road is wet".

@@ -81,6 +81,10 @@ static COMPARATIVES: LazyLock<Lexicon<(Dimension, bool, bool)>> = LazyLock::new(
         ("fastest|quickest", (Speed, true, true)),
         ("slowest", (Speed, false, true)),
         (
+            "most immediate|significant|serious|severe|imminent ?collision|safety risk|threat|danger",
+            (Risk, true, true),
+        ),
+        (
             "most dangerous|critical|risky|threatening",
             (Risk, true, true),
         ),
@@ -125,7 +129,11 @@ impl Speech<'_> {
             return;
         };
         // "Gap 4.4 m, opening".
-        let earlier = if verb.start == clause.at.start {
+        // "The distance (3 m) is opening".
+        let begin = self.begins(clause);
+        let earlier = if begin < clause.at.start {
+            NOUNS.all(self.tokens, begin..clause.at.start)
+        } else if verb.start == clause.at.start {
             NOUNS.all(
                 self.tokens,
                 clause.at.start.saturating_sub(5)..clause.at.start,
@@ -139,7 +147,10 @@ impl Speech<'_> {
             return;
         };
         let is_near = verb.start >= noun.end && verb.start - noun.end <= 8
-            || noun.start >= verb.end && noun.start - verb.end <= 2;
+            || noun.start < clause.at.start && begin < clause.at.start
+            || noun.start >= verb.end
+                && (verb.end..noun.start)
+                    .all(|i| self.is(i, "in of the its both longitudinal lateral and relative"));
         // "Increasing the distance" is a verb of its own.
         let is_taken = found
             .iter()
@@ -159,7 +170,12 @@ impl Speech<'_> {
                     } else {
                         Predicate::Approaching(axis)
                     };
-                    for id in self.pair(clause) {
+                    // "We see a decrease in distance": to whom all of it is about.
+                    let mut pair = self.pair(clause);
+                    if pair.is_empty() && clause.who == Who::Ego {
+                        pair.extend(clause.topic);
+                    }
+                    for id in pair {
                         self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
                     }
                 }
@@ -191,8 +207,8 @@ impl Speech<'_> {
         };
         let is_near = sign < noun && noun - sign <= 3
             || sign > noun
-                && sign - noun <= 4
-                && (noun..sign).any(|i| self.is(i, "is becomes remains are was"));
+                && sign - noun <= if self.is(sign + 1, "direction") { 6 } else { 4 }
+                && (noun..sign).any(|i| self.is(i, "is becomes remains are was has"));
         let is_relative = (sign.min(noun).saturating_sub(3)..noun.max(sign))
             .any(|i| self.is(i, "relative longitudinal lateral closing"));
         if !is_near
@@ -210,10 +226,43 @@ impl Speech<'_> {
             .clone()
             .chain(noun.saturating_sub(2)..noun)
             .any(|i| self.is(i, "lateral"));
-        let predicate = Predicate::Signed(!is_lateral, self.is(sign, "positive"));
-        for id in self.pair(clause) {
-            self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
+        // "Negative relative velocities" are those along both axes.
+        let names_one = at
+            .clone()
+            .any(|i| self.is(i, "lateral longitudinal closing"));
+        let is_both = self.is(noun, "velocities") && !names_one;
+        for long in [true, false] {
+            if long == is_lateral && !is_both {
+                continue;
+            }
+            let predicate = Predicate::Signed(long, self.is(sign, "positive"));
+            for id in self.pair(clause) {
+                self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
+            }
         }
+    }
+
+    /// Whether a comparative says how fast something changes: "decelerates faster".
+    pub(super) fn is_of_change(&self, at: &Range<usize>) -> bool {
+        const CHANGES: [&str; 12] = [
+            "decelerat",
+            "accelerat",
+            "brak",
+            "slow",
+            "clos",
+            "approach",
+            "reced",
+            "chang",
+            "decreas",
+            "increas",
+            "shrink",
+            "rat",
+        ];
+        let before = (at.start.saturating_sub(3)..at.start)
+            .rev()
+            .find(|i| !self.tokens[*i].is_filler() && !self.is(*i, "slightly"));
+        self.is(at.start, "faster slower quicker")
+            && before.is_some_and(|i| CHANGES.contains(&self.tokens[i].stem.as_str()))
     }
 
     /// Comparisons with another obstacle, and with all.
@@ -223,24 +272,30 @@ impl Speech<'_> {
             if is_most && self.is(at.end, "score scores") {
                 continue;
             }
-            // "The ego is faster": the other is slower.
+            if self.is_of_change(&at) {
+                continue;
+            }
+            // "The ego is faster than both".
             if clause.who == Who::Ego && of == Dimension::Speed && !is_most {
                 let than = self
                     .references
                     .iter()
                     .find(|r| r.at.start > at.start && clause.at.contains(&r.at.start));
-                let other = than.and_then(|r| match r.who {
-                    Named::Obstacle(id) => Some(id),
-                    _ => clause.topic,
-                });
-                let other = other.or(clause.topic);
-                if let (Some(id), Some(is_denied)) = (other, self.denial(clause, at.start)) {
-                    let predicate = if is_more {
-                        Predicate::SlowerThanEgo
-                    } else {
-                        Predicate::FasterThanEgo
-                    };
-                    self.push(found, clause, at, Some(id), (predicate, is_denied));
+                let others = match than.map(|r| r.who) {
+                    Some(Named::Obstacle(id)) => vec![id],
+                    Some(Named::Both) => self.both.map_or(Vec::new(), Vec::from),
+                    _ => clause.topic.into_iter().collect(),
+                };
+                let Some(is_denied) = self.denial(clause, at.start) else {
+                    continue;
+                };
+                for id in others {
+                    let predicate = Predicate::Compared(Compared {
+                        of,
+                        is_more,
+                        than: Some(id),
+                    });
+                    self.push(found, clause, at.clone(), None, (predicate, is_denied));
                 }
                 continue;
             }

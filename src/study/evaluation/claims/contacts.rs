@@ -29,9 +29,13 @@ impl Speech<'_> {
         let Some(mut is_denied) = self.denial(clause, at.start) else {
             return;
         };
-        // "It did not brake before the impact".
+        // "It did not brake before the impact", but "it does not indicate an imminent collision".
         if act == Act::Contact {
-            is_denied &= before("no not without any never nor zero");
+            const SAYS: &str = "indicate indicating suggest suggesting imply implying show showing point reflect \
+                confirm on in constitute represent yet";
+            let says_not = (clause.at.start..at.start)
+                .any(|i| self.is(i, "not never") && self.is(i + 1, SAYS));
+            is_denied &= says_not || before("no not without any never nor zero");
         }
         if act == Act::Touches
             && self.is(at.start, "overlap overlaps")
@@ -43,11 +47,15 @@ impl Speech<'_> {
             || says("imminent unavoidable inevitable upcoming impending")
             || self.is(at.end, "course");
         if before(
-            "risk chance likelihood possibility danger threat avoid prevent potential possible near close eye avoiding future",
+            "risk chance likelihood possibility probability danger threat avoid prevent potential possible near close eye avoiding future",
         ) {
             return;
         }
         let will = is_coming || says("expected predicted ahead soon happen") && act == Act::Contact;
+        // "No overlap with the ego's lanelet".
+        if act == Act::Touches && after("lanelet lane path trajectory course") {
+            return;
+        }
         if act == Act::Contact
             && self.is(
                 at.end,

@@ -1,12 +1,12 @@
 //! What is said of the ego itself, and of all around it.
 
 use nearmiss_scene::metrics::Encounter;
-use nearmiss_scene::scenario::ObstacleType;
+use nearmiss_scene::scenario::{Motion, ObstacleType, Scene};
 
 use super::check::{CheckedClaim, Judgement, bounded, fits};
 use super::truth::worded;
-use super::worded::{Known, own_motion, state};
-use super::{ClaimedValue, Counted, Quantity, Subject};
+use super::worded::{Known, STILL, lanelet_words, own_motion, state};
+use super::{ClaimedValue, Compared, Counted, Dimension, Predicate, Quantity, Subject};
 
 /// What is said of the ego itself.
 pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
@@ -83,8 +83,12 @@ pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
         } => {
             let before = scene.ego.track.at(step - 1);
             let history = |back: i64| scene.ego.track.at(step - back);
-            let Some(Known { holds, is }) = own_motion(predicate, scene, (ego, before), &history)
-            else {
+            let known = match predicate {
+                Predicate::OnLanelet(id) => Some(on_lanelet(id, scene, ego, step)),
+                Predicate::Compared(compared) => faster(compared, scene, ego, step),
+                _ => own_motion(predicate, scene, (ego, before), &history),
+            };
+            let Some(Known { holds, is }) = known else {
                 return;
             };
             checked.is = is;
@@ -96,6 +100,44 @@ pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
         }
         _ => {}
     }
+}
+
+/// Whether the ego is on a lanelet.
+fn on_lanelet(id: i64, scene: &Scene, ego: &Motion, step: i64) -> Known {
+    let network = &scene.scenario.network;
+    let own = network.lanelets_at(&ego.pose.position);
+    let under = network.lanelets_under(&scene.ego_footprint_at(step).at(ego.pose));
+    Known {
+        holds: match own.contains(&id) {
+            true => Ok(true),
+            false if own.is_empty() => Err("the ego is on no lanelet"),
+            false if under.contains(&id) => Err("its body reaches over there"),
+            false => Ok(false),
+        },
+        is: lanelet_words(&own),
+    }
+}
+
+/// Whether the ego is faster or slower than an obstacle; nothing of other comparisons.
+fn faster(compared: Compared, scene: &Scene, ego: &Motion, step: i64) -> Option<Known> {
+    let other = scene
+        .participants()
+        .find(|who| Some(who.obstacle.id) == compared.than)?;
+    let other = other.at(step)?.velocity.abs();
+    let own = ego.velocity.abs();
+    let more = if compared.is_more {
+        own - other
+    } else {
+        other - own
+    };
+    (compared.of == Dimension::Speed).then(|| Known {
+        holds: if more.abs() <= STILL {
+            Err("both are as fast")
+        } else {
+            Ok(more > 0.0)
+        },
+        is: format!("{own:.1} m/s, {other:.1} m/s"),
+    })
 }
 
 /// Of how many something holds at a step, at least and at most; "cars" may mean all vehicles.

@@ -7,6 +7,26 @@ use super::{Claim, ClaimedValue, Quantity, Subject};
 
 /// Another possible meaning of the claim at that step; `None` if it is plainly wrong.
 pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
+    // A change may lead to what a number can mean, too.
+    if let ClaimedValue::Change {
+        to,
+        decimals,
+        rough,
+        ..
+    } = claim.stated
+    {
+        let stated = ClaimedValue::Number {
+            value: to,
+            decimals,
+            rough,
+            magnitude: to >= 0.0,
+        };
+        let end = Claim {
+            stated,
+            ..claim.clone()
+        };
+        return excuse(&end, subject, step);
+    }
     let ClaimedValue::Number {
         value, decimals, ..
     } = claim.stated
@@ -43,6 +63,17 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
     }
     if of_its_own(claim, subject, step) {
         return Some("true for its own velocity, not the relative one");
+    }
+    // Of what was told in relative numbers, an unnamed one may be relative.
+    let is_relative = match claim.quantity {
+        Quantity::Speed => as_other(Quantity::VelocityLong) || as_other(Quantity::VelocityLat),
+        Quantity::Acceleration => {
+            as_other(Quantity::AccelerationLong) || as_other(Quantity::AccelerationLat)
+        }
+        _ => false,
+    };
+    if is_relative && decimals >= 2 {
+        return Some("true for the relative one, not its own");
     }
     if claim.quantity == Quantity::Distance
         && (as_other(Quantity::GapLong) || as_other(Quantity::GapLat))

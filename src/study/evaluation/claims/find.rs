@@ -5,12 +5,14 @@ use std::ops::Range;
 
 use nearmiss_scene::scenario::Scene;
 
-use super::clauses::{Who, clauses};
-use super::mentions::{Mention, begins_with, is_label, mentions};
+use super::above::{Above, BOLD, LineKind};
+use super::clauses::{Spoken, Who, clauses};
+use super::mentions::{Mention, begins_with, mentions};
 use super::number::{MentionedTime, Number, Unit, heading_time, name_units, numbers, times};
 use super::references::{Cast, references};
 use super::sentence::Sentence;
-use super::tokens::{has_word, is_foreign, tokens};
+use super::tables::{row, separator};
+use super::tokens::{is_foreign, tokens};
 use super::{Claim, ClaimedValue};
 
 /// Ids and time steps that a text can refer to.
@@ -41,10 +43,12 @@ pub const LONGEST_SENTENCE: usize = 4 << 10;
 /// The claims of a text.
 pub fn claims(text: &str, world: &MentionContext<'_>) -> Vec<Claim> {
     let text = &text[..text.floor_char_boundary(LONGEST_TEXT)];
-    let mut above = Above {
-        only: only_one(text, world),
-        ..Above::default()
-    };
+    let mut named = named_in(text, world);
+    // "The obstacle" of a scene that has one.
+    if named.is_empty() && world.ids.len() == 1 {
+        named.extend(world.ids);
+    }
+    let mut above = Above::new(named);
     let mut found = Vec::new();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
@@ -62,21 +66,24 @@ pub fn claims(text: &str, world: &MentionContext<'_>) -> Vec<Claim> {
     found
 }
 
-/// The only obstacle that a text names; nothing where it names none or several.
-fn only_one(text: &str, world: &MentionContext<'_>) -> Option<i64> {
-    let mut only = None;
+/// The obstacles that a text names, each once; none where it names one that is not there, or begins with one that is only
+/// compared with.
+fn named_in(text: &str, world: &MentionContext<'_>) -> Vec<i64> {
+    let mut found = Vec::new();
     for line in text.lines() {
         let lower = lowered(line);
         for mention in mentions(&lower, &numbers(line), world) {
-            match (only, mention.id) {
-                (None, _) if mention.compared => return None,
-                (_, None) => return None,
-                (Some(one), Some(id)) if one != id => return None,
-                (_, id) => only = id,
+            match mention.id {
+                Some(id) if !(found.is_empty() && mention.compared) => {
+                    if !found.contains(&id) {
+                        found.push(id);
+                    }
+                }
+                _ => return Vec::new(),
             }
         }
     }
-    only
+    found
 }
 
 fn take(
@@ -94,19 +101,20 @@ fn take(
         above.parted = true;
         return;
     }
-    if bare.starts_with('|') && bare.len() > 1 {
-        return row(line, start, world, above, found);
+    if let Some(separator) = separator(line, &above.titles) {
+        return row((line, separator, start), world, above, found);
     }
     above.titles.clear();
     let indent = line.len() - line.trim_start().len();
     let item =
         bare.starts_with(['-', '*', '•', '+']) && !bare.starts_with("**") || is_numbered(bare);
     // The boundary between reasoning and answer ends the context, too.
-    let heading = bare.starts_with('#')
-        || bare.starts_with("──")
-        || (bare.starts_with("**")
-            && bare.trim_end_matches(':').ends_with("**")
-            && bare.matches("**").count() == 2);
+    let is_bold = bare.starts_with("**")
+        && bare.trim_end_matches(':').ends_with("**")
+        && bare.matches("**").count() == 2;
+    // Inside an item that names a participant, a line in bold is the label of what follows there.
+    let is_inner = is_bold && above.named.iter().any(|item| item.indent < indent);
+    let heading = bare.starts_with('#') || bare.starts_with("──") || is_bold && !is_inner;
     let lower = lowered(line);
     let named = mentions(&lower, &numbers(line), world);
     // "Obstacle 7 analysis:" without markup.
@@ -116,8 +124,9 @@ fn take(
         && bare.len() < 60
         && matches!(named.as_slice(), [one] if begins_with(&lower, one));
     let heading = heading || titled;
-    above.items.retain(|(depth, _)| !heading && *depth < indent);
-    let kind = match (heading, item) {
+    let depth = indent - usize::from(is_inner);
+    above.items.retain(|(other, _)| !heading && *other < depth);
+    let kind = match (heading, item || is_inner) {
         (true, _) => LineKind::Heading(level(bare)),
         (_, true) => LineKind::Item,
         _ => LineKind::Line,
@@ -131,28 +140,11 @@ fn take(
         }
     }
     above.begin(kind, indent, &lower, &named);
-    let bare_words = lower.trim_matches(['*', '#', ' ', '{', '"', '-', ':', '`']);
-    let label = bare_words.split(['(', ':']).next().unwrap_or_default();
-    let label = label.trim_matches(['*', ' ', '"', '_']);
-    let names_ego = [
-        "ego",
-        "the ego",
-        "ego vehicle",
-        "the ego vehicle",
-        "ego vehicle state",
-    ]
-    .contains(&label);
-    let is_label =
-        bare.trim_end_matches('*').ends_with([':', ')']) || heading || bare_words == label;
-    above.is_of_ego = names_ego && is_label
-        || above.is_of_ego && !heading && named.is_empty() && (indent > above.ego_indent || !item);
-    if names_ego && is_label {
-        above.ego_indent = indent;
-    }
+    above.name_ego((bare, &lower), (heading, item), indent, named.is_empty());
     above.parted = false;
     match named.as_slice() {
         // "Obstacle 7: behind the ego." is about it until another one is: as under a heading.
-        [one] if indent == 0 && is_topic(&lower, one) => above.topic(one.id),
+        [one] if indent == 0 && !heading && is_topic(&lower, one) => above.topic(one.id),
         _ if kind == LineKind::Line && closes_topic(&lower) => above.forget(),
         _ => {}
     }
@@ -162,8 +154,8 @@ fn take(
             _ => sentence((part, start + from), world, above, found),
         }
     }
-    if item && bare.trim_end_matches(['*', ' ']).ends_with(':') {
-        above.items.push((indent, lower));
+    if (item || is_inner) && bare.trim_end_matches(['*', ' ']).ends_with(':') {
+        above.items.push((depth, lower));
     }
 }
 
@@ -192,16 +184,11 @@ fn sentence(
     } else {
         when
     };
-    let words: Vec<&str> = above
-        .items
-        .iter()
-        .map(|(_, words)| words.as_str())
-        .collect();
-    let words = words.join(" ");
+    let words = above.words();
     let asks_place = false;
     let (claims, who) = read(
         (&lower, &all, &named, start),
-        (&times, when, &above.who()),
+        (&times, when, &above.spoken()),
         (&words, asks_place),
         world,
     );
@@ -210,9 +197,9 @@ fn sentence(
 }
 
 /// The claims of a sentence, and whom its clauses are about.
-fn read(
+pub fn read(
     (lower, all, named, start): (&str, &[Number], &[Mention], usize),
-    (times, when, current): (&[(usize, Option<i64>)], MentionedTime, &Who),
+    (times, when, spoken): (&[(usize, Option<i64>)], MentionedTime, &Spoken),
     (above, asks_place): (&str, bool),
     world: &MentionContext<'_>,
 ) -> (Vec<Claim>, Vec<Who>) {
@@ -226,7 +213,7 @@ fn read(
         step: step.unwrap_or(world.present),
     };
     let references = references(&tokens, named, cast);
-    let clauses = clauses(&tokens, &references, current);
+    let clauses = clauses(&tokens, &references, spoken);
     let who = clauses.iter().map(|clause| clause.who.clone()).collect();
     let taken: Vec<bool> = all
         .iter()
@@ -247,6 +234,7 @@ fn read(
         start,
         above,
         asks_place,
+        both: spoken.both,
         has_trajectory: world.has_trajectory,
         step,
     };
@@ -286,95 +274,9 @@ fn level(bare: &str) -> usize {
     }
     match bare.chars().take_while(|c| *c == '#').count() {
         0 if bare.starts_with("──") => 0,
-        0 => 7,
+        0 => BOLD,
         marks => marks,
     }
-}
-
-/// A row of a table: every cell is a sentence under its title.
-fn row(
-    line: &str,
-    start: usize,
-    world: &MentionContext<'_>,
-    above: &mut Above,
-    found: &mut Vec<Claim>,
-) {
-    let cells: Vec<(usize, &str)> = cells(line).collect();
-    if above.titles.is_empty() {
-        above.titles = cells.iter().map(|(_, cell)| lowered(cell)).collect();
-        return;
-    }
-    let named: BTreeSet<i64> = cells
-        .iter()
-        .enumerate()
-        .filter_map(|(i, (_, cell))| {
-            let title = above.titles.get(i).map_or("", String::as_str);
-            let of_obstacles = ["obstacle", "id", "vehicle"]
-                .iter()
-                .any(|word| title.contains(word))
-                || i == 0;
-            let [number] = numbers(cell).try_into().ok()?;
-            number
-                .as_integer()
-                .filter(|id| of_obstacles && world.ids.contains(id))
-        })
-        .collect();
-    let Some(&obstacle) = named.first().filter(|_| named.len() == 1) else {
-        return;
-    };
-    if above.time == MentionedTime::Unclear {
-        return;
-    }
-    for (i, (from, cell)) in cells.iter().enumerate() {
-        let title = above.titles.get(i).map_or("", String::as_str);
-        // The unit may stand in the title.
-        let titled = numbers(&title.replace(['(', '[', ',', '_'], " 1 "));
-        let unit = titled.iter().map(|n| n.unit).find(|u| *u != Unit::None);
-        let label = title.split(['(', '[', ',']).next().unwrap_or(title).trim();
-        let is_time = has_word(title, "time") && !title.contains("collision");
-        if label.is_empty()
-            || is_time
-            || named.len() == 1
-                && numbers(cell)
-                    .iter()
-                    .any(|n| n.as_integer() == Some(obstacle))
-        {
-            continue;
-        }
-        // A cell is the value of a field that its title names.
-        let lower = format!("{label}: {}", lowered(cell).trim());
-        let mut all = numbers(&lower);
-        all.retain(|number| number.span.start > label.len());
-        for number in &mut all {
-            if number.unit == Unit::None && !title.contains("risk") && !title.contains("score") {
-                number.unit = unit.unwrap_or(Unit::None);
-            }
-        }
-        let when = above.time;
-        let (mut claims, _) = read(
-            (&lower, &all, &[], 0),
-            (&[], when, &Who::Obstacles(vec![obstacle])),
-            ("", false),
-            world,
-        );
-        for claim in &mut claims {
-            let begin = start + from + (cell.len() - cell.trim_start().len());
-            claim.span = begin..start + from + cell.trim_end().len().max(1);
-            claim.named = true;
-        }
-        found.extend(claims);
-    }
-}
-
-/// The cells of a row with the places where they begin.
-fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
-    let mut at = 0;
-    let pieces = line.split('|').map(move |piece| {
-        let from = at;
-        at += piece.len() + 1;
-        (from, piece)
-    });
-    pieces.skip(1).filter(|(_, piece)| !piece.is_empty())
 }
 
 /// Sentences of a line with the places where they begin; braces of JSON stand alone.
@@ -423,7 +325,7 @@ fn is_numbered(bare: &str) -> bool {
 }
 
 /// In lower case, with every character where it was.
-fn lowered(text: &str) -> String {
+pub fn lowered(text: &str) -> String {
     let lower = |c: char| {
         let mut all = c.to_lowercase();
         all.next()
@@ -466,209 +368,4 @@ fn closes_topic(lower: &str) -> bool {
     ]
     .iter()
     .any(|words| bare.starts_with(words))
-}
-
-/// Context that a line gives to the lines below it.
-#[derive(Default)]
-pub struct Above {
-    /// The obstacle that the heading names.
-    pub heading: Option<i64>,
-    /// The level of that heading, 1 the highest.
-    level: usize,
-    /// The list items that name a participant, the innermost last.
-    pub named: Vec<Item>,
-    /// The obstacle that the last sentence of the paragraph was about.
-    pub sentence: Option<i64>,
-    /// The only obstacle of the text.
-    only: Option<i64>,
-    /// Whether the line above is a label for the ego: "Ego:".
-    is_of_ego: bool,
-    /// The indent of that label.
-    ego_indent: usize,
-    /// Whether a sentence of the line left open whom the next one is about.
-    pub open: bool,
-    /// Whether the line before was empty.
-    pub parted: bool,
-    pub time: MentionedTime,
-    /// The list items that they stand under: indent and words.
-    pub items: Vec<(usize, String)>,
-    /// The titles of the table that they are in.
-    pub titles: Vec<String>,
-}
-
-/// A list item that names a participant.
-pub struct Item {
-    indent: usize,
-    /// The obstacle it is about; `None` if unclear.
-    obstacle: Option<i64>,
-    /// Whether items beside it without a name have the same subject.
-    stays: bool,
-}
-
-impl Above {
-    /// The subject of a sentence that names no participant.
-    pub fn obstacle(&self) -> Option<i64> {
-        if self.open {
-            return None;
-        }
-        self.sentence.or_else(|| self.fixed())
-    }
-
-    /// Whom a sentence is about that names no participant.
-    fn who(&self) -> Who {
-        if self.is_of_ego {
-            return Who::Ego;
-        }
-        match self.obstacle() {
-            Some(id) => Who::Obstacles(vec![id]),
-            None if self.open => Who::Unknown,
-            None => self
-                .only
-                .map_or(Who::Unknown, |id| Who::Obstacles(vec![id])),
-        }
-    }
-
-    /// The obstacle that headings and items make the subject of everything below.
-    pub fn fixed(&self) -> Option<i64> {
-        match self.named.last() {
-            Some(item) => item.obstacle,
-            None => self.heading,
-        }
-    }
-
-    /// What follows is about this obstacle until another one is named so.
-    fn topic(&mut self, id: Option<i64>) {
-        self.heading = id;
-        self.level = 7;
-        self.open = false;
-    }
-
-    /// Whom the next sentence is about where it does not say, after one whose clauses are about these.
-    fn follow(&mut self, clauses: &[Who], named: &[Mention]) {
-        let mut ids: Vec<i64> = Vec::new();
-        for who in clauses {
-            match who {
-                Who::Obstacles(all) => ids.extend(all),
-                Who::Ego | Who::Unknown => {}
-            }
-        }
-        let last = clauses.last();
-        ids.dedup();
-        let fixed = self.fixed();
-        match ids.as_slice() {
-            // "The ego brakes. Its speed is 5 m/s": what follows is not about an obstacle.
-            // "The ego approaches 7. It brakes": the one that it meets.
-            _ if clauses.first() == Some(&Who::Ego) => {
-                let mut all = named.iter().filter_map(|m| m.id);
-                self.sentence = all.next().filter(|_| all.next().is_none());
-                self.open = self.sentence.is_none();
-            }
-            _ if named.iter().any(|m| m.id.is_none() && !m.compared) => {
-                self.sentence = None;
-                self.open = true;
-            }
-            [] if last == Some(&Who::Unknown) => {}
-            [] => {}
-            [id] if fixed == Some(*id) => {
-                self.sentence = None;
-                self.open = false;
-            }
-            // Under the heading of another obstacle it is an aside.
-            [_] if self.heading.is_some() => self.sentence = None,
-            [id] => {
-                self.sentence = Some(*id);
-                self.open = false;
-            }
-            _ => {
-                self.sentence = None;
-                self.open = fixed.is_none();
-            }
-        }
-    }
-
-    pub fn forget(&mut self) {
-        self.heading = None;
-        self.named.clear();
-        self.sentence = None;
-        self.open = false;
-    }
-
-    /// A heading, an item or a line without a name begins.
-    pub fn begin(&mut self, kind: LineKind, indent: usize, lower: &str, named: &[Mention]) {
-        self.open = false;
-        match kind {
-            LineKind::Heading(level) => {
-                let under = self.heading.filter(|_| level > self.level);
-                self.forget();
-                self.heading = match named {
-                    [one] if !one.compared => one.id,
-                    // "**Calculations:**" under "### Obstacle 7" is about that obstacle.
-                    [] if under.is_some() && !concludes(lower) => {
-                        self.heading = under;
-                        return;
-                    }
-                    _ => None,
-                };
-                self.level = level;
-            }
-            LineKind::Item => {
-                self.sentence = None;
-                self.named
-                    .retain(|item| item.indent < indent || (item.indent == indent && item.stays));
-                let beside = self.named.last().is_some_and(|item| item.indent == indent);
-                let firm = self.heading.is_some();
-                let next = match named {
-                    [] => return,
-                    [one] if one.compared => return,
-                    [one] if begins_with(lower, one) => Item {
-                        indent,
-                        obstacle: one.id,
-                        stays: !firm || is_label(lower, one),
-                    },
-                    [one] if one.id.is_some() && one.id == self.fixed() => return,
-                    _ => Item {
-                        indent,
-                        obstacle: None,
-                        stays: !firm && !beside,
-                    },
-                };
-                // A participant mentioned inside an item leaves the subject of sub-items open, not of sibling items.
-                if beside && next.obstacle.is_some() {
-                    self.named.pop();
-                }
-                self.named.push(next);
-            }
-            LineKind::Line => {
-                if self.parted {
-                    self.named.retain(|item| item.indent < indent);
-                }
-            }
-        }
-    }
-}
-
-/// Kind of a line.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum LineKind {
-    /// With its level, 1 the highest.
-    Heading(usize),
-    Item,
-    Line,
-}
-
-/// Whether a heading begins what is about all obstacles.
-fn concludes(lower: &str) -> bool {
-    [
-        "summary",
-        "conclu",
-        "overall",
-        "final",
-        "json",
-        "explanation",
-        "scenario",
-        "all ",
-        "output",
-    ]
-    .iter()
-    .any(|word| lower.contains(word))
 }

@@ -38,7 +38,7 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
         // All but some.
         ("apart|aside from", Sentence),
         ("other than", Sentence),
-        ("=except|=besides|=excluding|=respectively", Sentence),
+        ("=except|=besides|=excluding", Sentence),
         ("=followed|=tailgated by", Sentence),
         (
             "=second|=third|=fourth|=next closest|nearest|fastest|slowest|furthest|farthest|largest|smallest",
@@ -52,7 +52,6 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
             "=safe|=desired|=required|=recommended|=legal distance|gap|speed|headway|ttc|limit",
             Numbers,
         ),
-        ("=throughout", Sentence),
         ("since beginning|start", Clause),
         ("always been|had", Clause),
         ("=grew|=doubled|=halved|=tripled", Clause),
@@ -169,6 +168,7 @@ impl Guarded<'_> {
             claim.stated,
             ClaimedValue::Number { .. } | ClaimedValue::Bounds { .. } | ClaimedValue::Change { .. }
         );
+        let is_change = matches!(claim.stated, ClaimedValue::Change { .. });
         let is_contact = claim.quantity == Quantity::Contact;
         let guards = GUARDS.all(self.tokens, clause.at.clone());
         let is_guarded = guards.iter().any(|(reach, _)| match reach {
@@ -254,7 +254,7 @@ impl Guarded<'_> {
             || is_unknown
             || is_bare
             || ago
-            || span && is_number
+            || span && is_number && !is_change
             || more
             || denied
             || noun

@@ -202,17 +202,26 @@ impl Speech<'_> {
         starts && ends && (is_asked || bracket || is_named) || inline || is_note
     }
 
-    /// The value of a field that asks for a lane: "lane: same".
+    /// The value of a field that asks for a lane or a lanelet: "lane: same", "lanelet: 120 (different from the ego)".
     pub(super) fn lanes(&self, clause: &Clause, found: &mut Vec<Said>) {
+        const REST: &str =
+            "to from than as of the ego vehicle 's lane lanelet path one it hand most";
         let label = &self.tokens[clause.label.clone()];
-        if !label.iter().any(|t| t.is("lane")) || clause.at.len() > 3 {
+        let is_lanelet = label.iter().any(|t| t.is("lanelet"));
+        let is_all = (clause.at.start + 1..clause.at.end).all(|i| self.is(i, REST));
+        if !(is_lanelet || label.iter().any(|t| t.is("lane"))) || !is_all {
             return;
         }
         let word = &self.tokens[clause.at.start];
         let predicate = match word.word.as_str() {
+            "same" | "ego" | "own" if is_lanelet => Predicate::SameLanelet,
             "same" | "ego" | "own" => Predicate::SameLane,
             "other" | "adjacent" | "different" | "neighbouring" | "neighboring" | "next" => {
-                Predicate::OtherLane
+                if is_lanelet {
+                    Predicate::OtherLanelet
+                } else {
+                    Predicate::OtherLane
+                }
             }
             "left" => Predicate::NeighbourLane(true),
             "right" => Predicate::NeighbourLane(false),

@@ -132,10 +132,26 @@ const OPENING: &[&str] = &[
 /// The obstacles that a text names, each once; `lower` is the text in lower case.
 pub fn mentions(lower: &str, all: &[Number], world: &MentionContext<'_>) -> Vec<Mention> {
     let mut found: Vec<Mention> = Vec::new();
-    for number in all {
+    for (place, number) in all.iter().enumerate() {
         let Some(id) = number.as_integer() else {
             continue;
         };
+        // "Obstacle 1 (30200)" counts, and names it in the bracket.
+        let next = all.get(place + 1).filter(|next| {
+            let between = lower.get(number.span.end..next.span.start).unwrap_or("?");
+            between
+                .trim_matches(['*', ' ', ':', '#'])
+                .trim_end_matches("id")
+                .trim_end()
+                == "("
+                || between.trim() == "(id:"
+        });
+        let is_counted = next
+            .and_then(Number::as_integer)
+            .is_some_and(|id| world.ids.contains(&id));
+        if is_counted && !world.ids.contains(&id) {
+            continue;
+        }
         let before = lower[..number.span.start]
             .trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_', '=']);
         let called = CALLED.iter().any(|word| before.ends_with(word));

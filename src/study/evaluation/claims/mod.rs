@@ -3,6 +3,7 @@
 //! Only unambiguous claims are extracted: an obstacle, a measure that is named or clear from the unit, and a value with
 //! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
+mod above;
 mod check;
 mod clauses;
 mod compared;
@@ -13,6 +14,7 @@ mod excuses;
 mod find;
 mod guards;
 mod labelled;
+mod lanelets;
 mod language;
 mod located;
 mod mentions;
@@ -28,7 +30,9 @@ mod second_reader;
 mod sentence;
 mod sentences;
 mod speech;
+mod speeds;
 mod stated;
+mod tables;
 mod tokens;
 mod traces;
 mod truth;
@@ -263,6 +267,8 @@ pub enum ClaimedValue {
         to: f64,
         /// Digits behind the point.
         decimals: u8,
+        /// Whether they are said to be rough.
+        rough: bool,
     },
     /// A place on the map, metres, with digits behind the point.
     Place(f64, f64, u8),
@@ -291,6 +297,8 @@ pub enum Predicate {
     SameWay,
     /// It drives in the opposite direction.
     Oncoming,
+    /// It drives in one of both.
+    Parallel,
     /// It is not at rest.
     Moving,
     /// It comes to a stop.
@@ -398,6 +406,7 @@ impl Predicate {
             Self::NeighbourLane(_)
             | Self::SameWay
             | Self::Oncoming
+            | Self::Parallel
             | Self::SameLane
             | Self::OtherLane
             | Self::SameLanelet
@@ -453,6 +462,7 @@ impl std::fmt::Display for Predicate {
             }
             Self::SameWay => f.write_str("in the same direction"),
             Self::Oncoming => f.write_str("in the opposite direction"),
+            Self::Parallel => f.write_str("parallel to the ego"),
             Self::SameLane => f.write_str("in the ego's lane"),
             Self::OtherLane => f.write_str("in another lane"),
             Self::SameLanelet => f.write_str("on the ego's lanelet"),
@@ -477,6 +487,8 @@ pub struct Claim {
     pub is_past: bool,
     /// Whether only a description of whom is meant says it: "the lead car" is one that is ahead.
     pub is_described: bool,
+    /// Whether it is said of all steps of the window.
+    pub is_throughout: bool,
     /// Whether its own sentence names the obstacle, not only what it stands under.
     pub named: bool,
     /// The claimed quantity.

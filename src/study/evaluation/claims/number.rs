@@ -95,7 +95,7 @@ pub fn scale(text: &str) -> f64 {
 }
 
 /// What TeX may have between a number and its unit.
-const TEX: &[&str] = &["\\,", "\\;", "\\ ", "\\text{", "\\mathrm{", "\\"];
+const TEX: &[&str] = &["\\,", "\\;", "\\ ", "\\)", "\\text{", "\\mathrm{", "\\"];
 
 /// Names of quantities whose unit goes without saying.
 const NAMED: &[(&[&str], Unit)] = &[
@@ -110,10 +110,11 @@ const NAMED: &[(&[&str], Unit)] = &[
 /// "DTClat is 0.0"; `lower` is the text in lower case. A whole number may be an id or a score.
 pub fn name_units(lower: &str, all: &mut [Number]) {
     for number in all {
-        if number.unit != Unit::None || number.decimals == 0 {
+        let is_zero = number.value == 0.0;
+        if number.unit != Unit::None || number.decimals == 0 && !is_zero {
             continue;
         }
-        let markup = ['*', ' ', '`', ':', '=', '('];
+        let markup = ['*', ' ', '`', ':', '=', '(', '"'];
         let before = lower[..number.span.start].trim_end_matches(markup);
         let before = [" is", " of"]
             .iter()
@@ -139,7 +140,12 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
                 rest.is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
             })
         };
-        if let Some((_, unit)) = NAMED.iter().find(named) {
+        let is_motion = |unit: Unit| matches!(unit, Unit::Speed | Unit::Acceleration);
+        let named = NAMED
+            .iter()
+            .find(named)
+            .filter(|one| number.decimals > 0 || is_motion(one.1));
+        if let Some((_, unit)) = named {
             number.unit = *unit;
             // Without a unit, angles are in radians.
             if *unit == Unit::Degree {
@@ -311,6 +317,10 @@ pub fn without_reference(text: &str) -> String {
     for before in [
         "toward",
         "from",
+        "approaching",
+        "approaches",
+        "approach",
+        "nearing",
         "relative to",
         "in front of",
         "ahead of",
@@ -330,10 +340,17 @@ pub fn without_reference(text: &str) -> String {
 /// The axis of a number: named before it, or right behind it, as in "2.4 m longitudinal, 9.4 m lateral".
 pub fn find_axis(near: &str, after: &str) -> Option<bool> {
     let after = after.trim_start_matches('(');
-    let after = ["relative ", "off ", "away ", "apart "]
-        .iter()
-        .find_map(|word| after.strip_prefix(word))
-        .unwrap_or(after);
+    let after = [
+        "relative ",
+        "absolute ",
+        "adjusted ",
+        "off ",
+        "away ",
+        "apart ",
+    ]
+    .iter()
+    .find_map(|word| after.strip_prefix(word))
+    .unwrap_or(after);
     let short = |words: [&str; 2]| words.iter().any(|word| begins_with_word(after, word));
     let behind = [
         after.starts_with("longitudinal") || short(["along", "along the"]),
@@ -352,6 +369,34 @@ pub fn find_axis(near: &str, after: &str) -> Option<bool> {
 pub fn begins_with_word(text: &str, word: &str) -> bool {
     text.strip_prefix(word)
         .is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+}
+
+/// The divisions of a text with their results, each by the place of its dividend among the numbers: "12.8 m / 2.5 m/s = 5.1 s",
+/// "\frac{12.8}{2.5} \approx 5.1 s".
+pub fn divisions<'n>(
+    lower: &'n str,
+    all: &'n [Number],
+) -> impl Iterator<Item = (usize, &'n [Number])> {
+    const MARKUP: [char; 14] = [
+        ' ', '*', '`', '(', ')', '[', ']', '~', '$', '\\', '{', '}', '|', '\u{a0}',
+    ];
+    let three = all.windows(3).enumerate();
+    three.filter(|(_, parts)| {
+        let between = |i: usize| {
+            let text = lower.get(parts[i].span.end..parts[i + 1].span.start);
+            text.unwrap_or("?").trim_matches(MARKUP)
+        };
+        let head = lower[..parts[0].span.start].trim_end_matches(MARKUP);
+        let divides = match between(0) {
+            "/" | "÷" => true,
+            "" => head.ends_with("frac"),
+            _ => false,
+        };
+        let result = between(1);
+        let bare = result.trim_start_matches(['=', '≈', ' ', '~']);
+        let is_rough = ["approx", "approx.", "approximately", "about", "roughly"].contains(&bare);
+        divides && (is_rough || bare.is_empty() && !result.is_empty())
+    })
 }
 
 /// The axis of "3 m in front of the ego" or "2 m to the left of the ego".
@@ -380,8 +425,15 @@ pub fn only_axis(text: &str) -> Option<bool> {
 /// The last axis that is named: along (true) or across the ego's heading.
 pub fn axis(near: &str) -> Option<bool> {
     let last = |words: &[&str]| words.iter().filter_map(|word| near.rfind(word)).max();
-    let long = last(&["longitudinal", "_long", "dtclong", "ttclong", "vrellong"]);
-    let lat = last(&["lateral", "_lat", "dtclat", "ttclat", "vrellat"]);
+    let long = last(&[
+        "longitudinal",
+        "_long",
+        "{long",
+        "dtclong",
+        "ttclong",
+        "vrellong",
+    ]);
+    let lat = last(&["lateral", "_lat", "{lat", "dtclat", "ttclat", "vrellat"]);
     match (long, lat) {
         (None, None) => None,
         (a, b) => Some(a > b),
@@ -475,8 +527,12 @@ pub fn heading_time(
     let all = numbers(line);
     let (_, when) = times(lower, &all, world);
     let seconds: Vec<&Number> = all.iter().filter(|n| n.unit == Unit::Second).collect();
+    let last = { seconds.iter() }.map(|n| n.value).max_by(f64::total_cmp);
+    // What is said of all that was described, "timestep 6.5s - 7.3s", is said of its end, too.
+    let is_all = last.and_then(|last| step_at(last, world)) == Some(world.present);
     match when {
-        // "timestep 6.5s - 7.3s", "timesteps 3 to 9"
+        _ if seconds.len() > 1 && is_all => MentionedTime::Unsaid,
+        // "timesteps 3 to 9"
         _ if seconds.len() > 1 || has_word(lower, "timesteps") => MentionedTime::Unclear,
         MentionedTime::Unsaid if lower.contains("step") => match seconds.as_slice() {
             // "most recent timestep (0.9 seconds)"

@@ -42,16 +42,27 @@ pub fn stated(lower: &str) -> Vec<(Range<usize>, Quantity, ClaimedValue)> {
         }
     };
     add("no relative velocity", Quantity::VelocityLong, NOTHING);
+    for (_, _, [_, gap, _]) in AXES {
+        add("exact alignment in both", gap, NOTHING);
+    }
     if !lower.contains("longitudinal") && !lower.contains("lat") && !lower.contains("infinite") {
         return found;
     }
     for (axis, name, [velocity, gap, ttc]) in AXES {
         for noun in ["velocity", "motion", "movement", "relative motion"] {
             add(&format!("no {axis} {noun}"), velocity, NOTHING);
+            add(&format!("no relative {axis} {noun}"), velocity, NOTHING);
+        }
+        for number in ["zero", "0", "no"] {
+            for noun in ["longitudinal and lateral", "lateral and longitudinal"] {
+                add(&format!("{number} {noun} distance"), gap, NOTHING);
+            }
         }
         add(&format!("zero {axis} velocity"), velocity, NOTHING);
         add(&format!("{axis} velocity is zero"), velocity, NOTHING);
-        add(&format!("no {axis} distance"), gap, NOTHING);
+        for noun in ["distance", "separation", "offset", "gap"] {
+            add(&format!("no {axis} {noun}"), gap, NOTHING);
+        }
         add(&format!("zero {axis} distance"), gap, NOTHING);
         add(&format!("{axis} distance is zero"), gap, NOTHING);
         add(&format!("zero {axis} offset"), gap, NOTHING);

@@ -43,8 +43,8 @@ const ACROSS: [(&str, bool, bool); 6] = [
     ),
     ("left of ego|us|me|you ?vehicle|car", true, false),
     ("=right of ego|us|me|you ?vehicle|car", false, false),
-    ("left", true, true),
-    ("=right", false, true),
+    ("left ?hand ?side", true, true),
+    ("=right ?hand ?side", false, true),
 ];
 
 /// Places, the longest match first.

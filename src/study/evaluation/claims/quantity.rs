@@ -1,16 +1,17 @@
 //! Which quantity a number of a sentence is, from the words around it.
 
-use super::Quantity;
 use super::clauses::Who;
 use super::find::ends_with_word;
-use super::number::{Number, Unit, axis, find_axis, from_ego, only_axis, without_reference};
+use super::number::{
+    Number, Unit, axis, divisions, find_axis, from_ego, only_axis, without_reference,
+};
 use super::phrases;
 use super::places::{PLACES, Placed};
 use super::references::Named;
 use super::sentence::Sentence;
 use super::stated::BOUNDS;
 use super::tokens::{denies, has_word};
-use super::verbs::{Act, VERBS};
+use super::{Quantity, Side};
 
 /// Words for lengths other than a distance to the ego.
 pub(super) const OTHER_LENGTHS: &[&str] = &[
@@ -46,6 +47,38 @@ pub(super) const OTHER_LENGTHS: &[&str] = &[
     "total",
 ];
 
+/// Whether the last axis that is named is that of a quantity with a unit: "the lateral distance is small (3 m)".
+fn names_axis_of(near: &str, unit: Unit) -> bool {
+    let nouns: &[&str] = match unit {
+        Unit::Metre => &["distance", "gap", "separation", "clearance", "offset"],
+        Unit::Speed => &[
+            "velocity", "speed", "relative", "closing", "movement", "motion",
+        ],
+        _ => &["acceleration", "deceleration", "relative", "ttc", "time"],
+    };
+    let at = near.rfind("longitudinal").max(near.rfind("lateral"));
+    // "Longitudinally it is close (3 m)".
+    if at.is_some_and(|at| {
+        ["longitudinally", "laterally"]
+            .iter()
+            .any(|word| near[at..].starts_with(word))
+    }) {
+        return true;
+    }
+    let behind = at.map(|at| near[at..].split(|c: char| !c.is_alphabetic()).skip(1));
+    behind.is_some_and(|mut words| words.by_ref().take(2).any(|word| nouns.contains(&word)))
+}
+
+/// Whether another number follows that is joined to one: "and 3 m", "/ 3 m".
+pub(super) fn goes_on(after: &str) -> bool {
+    let joint = ["&", ",", "/", "and "];
+    let rest = joint.iter().find_map(|joint| after.strip_prefix(joint));
+    rest.is_some_and(|rest| {
+        let number = rest.trim_start_matches([' ', '*', '-', '−', '~', '≈', '(']);
+        number.starts_with(|c: char| c.is_ascii_digit())
+    })
+}
+
 /// Whether what follows seconds is the contact that they lead to: "before impact", "to the collision".
 pub(super) fn is_before_contact(after: &str) -> bool {
     let rest = ["before ", "until ", "to ", "till ", "away from "]
@@ -68,6 +101,7 @@ impl Sentence<'_> {
         let number = &self.numbers[place];
         let near = &self.lower[from..number.span.start];
         let clause = self.clause(number.span.start);
+        let clause_at = clause;
         let (begin, is_bracket) = self.begins(number);
         // What the clause itself says before it.
         let own = &self.lower[begin.clamp(from, number.span.start)..number.span.start];
@@ -90,7 +124,7 @@ impl Sentence<'_> {
         }
         // "Longitudinal & lateral distance: 0.45 m & -2.04 m": which is which is not said beside the number.
         let both = near.contains("longitudinal") && near.contains("lateral");
-        if both && (after.starts_with(['&', ',', '/']) || after.starts_with("and ")) {
+        if both && goes_on(after) {
             return None;
         }
         let near_or_above = format!("{} {near}", self.above);
@@ -99,17 +133,24 @@ impl Sentence<'_> {
             let (first, last) = (self.tokens.get(first)?, self.tokens.get(last)?);
             only_axis(&self.lower[first.span.start..last.span.end])
         });
+        let own_axis = find_axis(own, after).or(label).or_else(|| axis(self.above));
         let is_short = near.len() < 40 || near.contains(':');
         let named = find_axis(own, after).or(label).or_else(|| {
-            let is_near = is_bracket
+            let is_near = is_bracket && names_axis_of(near, number.unit)
                 || is_short && !near.contains("laterally") && !near.contains("longitudinally");
             if is_near { axis(near) } else { None }
         });
+        // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
+        let equals = near.contains(['=', '≈']) || near.contains("approx");
+        let is_difference = number.unit == Unit::Speed && last == Some(Unit::Speed)
+            || number.unit == Unit::Speed && last == Some(Unit::None) && before.contains(" - ");
+        let is_calculated = equals && (number.unit == Unit::Second || is_difference);
         let axis = named.or_else(|| {
-            // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
-            let equals = near.contains(['=', '≈']) || near.contains("approx");
-            let calculated = number.unit == Unit::Second && equals;
-            let before = if calculated { only_axis(before) } else { None };
+            let before = if is_calculated {
+                only_axis(before)
+            } else {
+                None
+            };
             before.or_else(|| axis(self.above))
         });
         let time = |text: &str| {
@@ -158,6 +199,13 @@ impl Sentence<'_> {
                 Some((Ttc, false))
             }
             Unit::Degree
+                if ["chang", "turn", "rotat"]
+                    .iter()
+                    .any(|word| near.contains(word)) =>
+            {
+                None
+            }
+            Unit::Degree
                 if has_word(&near_or_above, "heading") || has_word(near, "orientation") =>
             {
                 Some((Heading, false))
@@ -165,14 +213,18 @@ impl Sentence<'_> {
             Unit::Second if axis.is_some() && has_word(own, "time") => {
                 Some((if axis == Some(true) { TtcLong } else { TtcLat }, false))
             }
-            Unit::Second if time(&near_or_above) || (time(before) && axis.is_some()) => Some((
-                match axis {
-                    None => Ttc,
-                    Some(true) => TtcLong,
-                    Some(false) => TtcLat,
-                },
-                false,
-            )),
+            Unit::Second
+                if time(&near_or_above) || time(before) && (axis.is_some() || is_calculated) =>
+            {
+                Some((
+                    match axis {
+                        None => Ttc,
+                        Some(true) => TtcLong,
+                        Some(false) => TtcLat,
+                    },
+                    false,
+                ))
+            }
             Unit::Metre => {
                 let first_word = after
                     .split(|c: char| !c.is_alphanumeric())
@@ -184,7 +236,7 @@ impl Sentence<'_> {
                     .any(|word| has_word(clause_of(near).as_str(), word) || has_word(clause, word))
                     || has_word(self.above, "mdc")
                         && near.trim_matches(['*', ' ', '-', '~', '≈']).is_empty();
-                if is_least && axis.is_none() {
+                if is_least && own_axis.is_none() && (axis.is_none() || has_word(own, "mdc")) {
                     return Some((LeastDistance, true));
                 }
                 let smallest = ["minimum", "smallest", "least", "min", "closest", "nearest"];
@@ -228,20 +280,23 @@ impl Sentence<'_> {
                 let is_other = last
                     .iter()
                     .any(|word| OTHER_LENGTHS.contains(word) && *word != "lane");
-                if let Some(along) = self.place_behind(number)
+                if let Some(side) = self.side_behind(number)
                     && axis.is_none()
                     && !is_other
                 {
                     return Some((
-                        match along {
-                            Some(true) => DistanceAlong,
-                            Some(false) => DistanceAcross,
-                            None => Distance,
+                        match (side.front, side.left) {
+                            (Some(_), None) => DistanceAlong,
+                            (None, Some(_)) => DistanceAcross,
+                            _ => Distance,
                         },
                         true,
                     ));
                 }
-                if OTHER_LENGTHS.iter().any(|word| has_word(own, word))
+                // "Longitudinal MDC".
+                let is_other = |word: &&&str| **word != "mdc" || own_axis.is_none();
+                let mut others = OTHER_LENGTHS.iter().filter(is_other);
+                if others.any(|word| has_word(own, word))
                     || axis.is_none()
                         && ["mdc", "dce", "min"]
                             .iter()
@@ -249,7 +304,7 @@ impl Sentence<'_> {
                     || has_word(clause, "position")
                     || axis.is_none() && has_word(self.above, "mdc")
                     || ["long", "wide", "high", "lane"].contains(&first_word)
-                    || time(near)
+                    || time(said)
                 {
                     return None;
                 }
@@ -299,8 +354,22 @@ impl Sentence<'_> {
                 }
             }
             Unit::Speed => {
-                let said = without_reference(&format!("{} {before}", self.above));
+                // "Relative velocity: ego velocity is 3 m/s": of the ego its clause alone tells.
+                let is_egos = clause_at.is_some_and(|clause| clause.who == Who::Ego);
+                let near = if is_egos {
+                    own.rsplit("ego").next().unwrap_or(own)
+                } else {
+                    near
+                };
+                let said = if is_egos {
+                    without_reference(own)
+                } else {
+                    without_reference(&format!("{} {before}", self.above))
+                };
                 match axis {
+                    None if is_calculated && is_difference && relative(&said) => {
+                        Some((ClosingSpeed, true))
+                    }
                     // Along an axis it is told as a relative one, whether the word is repeated or not.
                     Some(long) if !is_of_ego => {
                         let closing = has_word(near, "closing");
@@ -382,7 +451,11 @@ impl Sentence<'_> {
                         let slower = near.contains("decelerat")
                             || near.contains("brak")
                             || near.contains("slow");
-                        let named = slower || near_or_above.contains("accelerat");
+                        // "Brakes (2.7 m/s, -5.0 m/s²)".
+                        let is_second = last == Some(Unit::Speed) && near.trim() == ",";
+                        let named = slower
+                            || near_or_above.contains("accelerat")
+                            || is_second && !relative(before);
                         named.then_some((Acceleration, slower))
                     }
                     _ => None,
@@ -415,18 +488,9 @@ impl Sentence<'_> {
 
     /// What a number is in a division of a length by a speed: "8.45 m / 6.87 m/s = 1.23 s".
     pub(super) fn in_quotient(&self, place: usize) -> Option<Quantity> {
-        let parts = (place.saturating_sub(2)..=place).find_map(|from| {
-            let parts = self.numbers.get(from..from + 3)?;
-            let between = |i: usize| {
-                let text = self.lower.get(parts[i].span.end..parts[i + 1].span.start);
-                text.unwrap_or("?")
-                    .trim_matches([' ', '*', '`', ')', '(', '~', '$', '\\', '{', '}', '|'])
-            };
-            let divides = ["/", "÷"].contains(&between(0));
-            let gives = between(1).starts_with(['=', '≈']) || between(1).starts_with("approx");
-            (divides && gives && parts[2].unit == Unit::Second).then_some((from, parts))
-        });
-        let (from, parts) = parts?;
+        let (from, parts) = divisions(self.lower, self.numbers).find(|(from, parts)| {
+            (*from..from + 3).contains(&place) && parts[2].unit == Unit::Second
+        })?;
         let before = &self.lower[..parts[0].span.start];
         let after = self.lower[parts[2].span.end..].trim_start_matches(['*', ' ', '`']);
         let own = before.rsplit([',', ';']).next().unwrap_or(before);
@@ -454,8 +518,8 @@ impl Sentence<'_> {
         }
     }
 
-    /// The place that stands right behind a length: along the ego's heading, across it, or both.
-    pub(super) fn place_behind(&self, number: &Number) -> Option<Option<bool>> {
+    /// The place that stands right behind a length: "3 m ahead".
+    pub(super) fn side_behind(&self, number: &Number) -> Option<Side> {
         let at = self
             .tokens
             .iter()
@@ -487,11 +551,7 @@ impl Sentence<'_> {
         if follows.is_some_and(|t| t.is("lane side")) || is_other && !is_mirrored {
             return None;
         }
-        Some(match (side.front, side.left) {
-            (Some(_), None) => Some(true),
-            (None, Some(_)) => Some(false),
-            _ => None,
-        })
+        Some(side)
     }
 
     /// Whether a length is plainly that to the other: "at 54 m", "within 5 m", "12 m clear", or all that a field says.
@@ -653,78 +713,6 @@ impl Sentence<'_> {
         .trim_end();
         (ends_with_word(bare, "in") || ends_with_word(bare, "within"))
             && words.iter().any(|word| has_word(bare, word))
-    }
-
-    /// Whether the verb before a speed says how a distance changes: "draws away at 5 m/s".
-    pub(super) fn is_of_distance(&self, number: &Number) -> bool {
-        let Some(clause) = self.clause(number.span.start) else {
-            return false;
-        };
-        let place = |at: usize| {
-            self.tokens
-                .iter()
-                .position(|t| t.span.start >= at)
-                .unwrap_or(clause.at.end)
-        };
-        let (from, to) = (place(self.begins(number).0), place(number.span.start));
-        let verbs = VERBS.all(self.tokens, from..to.max(from));
-        const OWN: [&str; 5] = ["walk", "rid", "run", "driv", "travel"];
-        let is_own =
-            |at: &std::ops::Range<usize>| OWN.contains(&self.tokens[at.start].stem.as_str());
-        verbs
-            .iter()
-            .any(|(act, at)| matches!(act, Act::Nears(_) | Act::Approaches) && !is_own(at))
-            && !verbs.iter().any(|(act, _)| *act == Act::Moves)
-    }
-
-    /// Whether a speed is that of whom its clause is about: "doing 50 km/h", "our speed is 8 m/s".
-    pub(super) fn is_own(&self, number: &Number) -> bool {
-        const SAYS: &str = "speed velocity pace moving moves driving drives doing going riding walking rolling running travelling \
-        traveling cruising";
-        let Some(clause) = self.clause(number.span.start) else {
-            return false;
-        };
-        let begin = self.begins(number).0;
-        let words = self.tokens.iter().filter(|t| t.span.start >= begin);
-        let before = words.take_while(|t| t.span.start < number.span.start);
-        let mut before = before.collect::<Vec<_>>();
-        before.truncate(12);
-        let is_relative = before
-            .iter()
-            .any(|t| t.is("relative closing limit than difference lateral longitudinal"));
-        let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
-        let is_compared = [
-            "faster",
-            "slower",
-            "more",
-            "less",
-            "relative",
-            "closing",
-            "difference",
-        ]
-        .iter()
-        .any(|word| after.starts_with(word));
-        // "At 24 m/s the lorry …": of whom is not told.
-        let first = self
-            .references
-            .iter()
-            .find(|r| clause.at.contains(&r.at.start));
-        let is_before =
-            first.is_some_and(|r| self.tokens[r.at.start].span.start > number.span.start);
-        if is_before && matches!(clause.who, Who::Obstacles(_)) {
-            return false;
-        }
-        let towards = before.iter().any(|t| t.is("toward towards"));
-        let walks = before
-            .iter()
-            .any(|t| ["walk", "rid", "run"].contains(&t.stem.as_str()));
-        let is_vague = matches!(clause.who, Who::Obstacles(_)) && towards && !walks;
-        let at =
-            "at with about of roughly around does do steady constant over only still is v = to";
-        let is_near = before.last().is_none_or(|t| {
-            t.is(at) || t.word.ends_with("ly") || t.number.is_some() || !t.is_word()
-        });
-        !is_relative && !is_compared && !is_vague && (is_near || before.iter().any(|t| t.is(SAYS)))
     }
 
     pub(super) fn rough(&self, from: usize, to: usize) -> bool {

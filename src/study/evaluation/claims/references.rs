@@ -25,6 +25,8 @@ pub enum Named {
     Ego,
     /// No one: "no vehicle".
     Nobody,
+    /// The only two obstacles that the text names: "both obstacles".
+    Both,
     /// Someone or something else, or several.
     Other,
 }
@@ -403,8 +405,16 @@ impl<'a> Reader<'a> {
         if token.is(IT) {
             return plain(Named::It, at + 1);
         }
+        if token.is("them") && at > 0 && self.is(at - 1, "between") {
+            return plain(Named::It, at + 1);
+        }
         if token.is(OTHERS) {
             return plain(Named::Other, at + 1);
+        }
+        if token.is("both") {
+            let next = (at + 1..at + 4).find(|i| !self.is(*i, "of the these"))?;
+            let end = next + usize::from(self.is(next, "obstacles objects"));
+            return plain(Named::Both, end).filter(|_| end > next);
         }
         if token.is("nobody none") {
             return plain(Named::Nobody, at + 1);
@@ -512,6 +522,13 @@ impl<'a> Reader<'a> {
         }
         // Without an article only the beginning of a note: "Car ahead brakes", "oncoming bus".
         let is_someone = self.is(from, "somebody someone");
+        // "Both ego and obstacle are", "(obstacle behind)".
+        let is_joined = self.is(from, "obstacle")
+            && before.is_some_and(|i| self.is(i, "and ( while as , :"))
+            && end == from + 1;
+        if is_joined {
+            return reference(Named::It, end, Vec::new());
+        }
         if !has_determiner && from != 0 && says.is_empty() && !is_someone {
             return None;
         }
@@ -627,9 +644,12 @@ impl<'a> Reader<'a> {
             || self.is(one.at.end, "'s")
             || matches!(one.who, Named::Obstacle(_))
                 && self.tokens[one.at.end - 1].word.ends_with("'s");
+        // "As the ego is braking" begins a clause.
+        let is_opened = matches!(word, Some("as" | "before" | "after"))
+            && self.is(one.at.end, "is are has was will");
         one.is_governed = is_owner && (one.says.is_empty() || !self.is(at, OWNERS))
             || is_second
-            || word.is_some_and(|word| PREPOSITIONS.contains(&word));
+            || word.is_some_and(|word| PREPOSITIONS.contains(&word)) && !is_opened;
         let compares = at > 1
             && (at.saturating_sub(3)..at)
                 .any(|i| self.is(i, "compared comparison") && self.is(i + 1, "to with"));

@@ -1,12 +1,12 @@
-//! Claims that numbers make with the words around them: risk scores, places on the map, lanelets and divisions.
+//! Claims that numbers make with the words around them: risk scores, places on the map and divisions.
 
 use std::ops::Range;
 
 use nearmiss_scene::metrics::RiskAspect;
 
-use super::number::{Number, Unit, axis, begins_with_word};
+use super::number::{Number, Unit, axis, begins_with_word, divisions};
 use super::tokens::{find_word, has_word, is_contracted};
-use super::{ClaimedValue, Predicate, Quantity};
+use super::{ClaimedValue, Quantity};
 
 /// A phrase, and what it says.
 pub type Said = (Range<usize>, Quantity, ClaimedValue);
@@ -99,6 +99,7 @@ fn around(lower: &str, at: usize) -> Range<usize> {
     let bytes = lower.as_bytes();
     let divides = |place: &usize| match bytes[*place] {
         b',' | b';' | b'|' => true,
+        b'-' => *place > 0 && bytes[place - 1] == b' ' && bytes.get(place + 1) == Some(&b' '),
         b'.' => !bytes.get(place + 1).is_some_and(u8::is_ascii_digit),
         _ => false,
     };
@@ -109,8 +110,10 @@ fn around(lower: &str, at: usize) -> Range<usize> {
 
 /// The score that a number states.
 fn score(lower: &str, above: &str, number: &Number) -> Option<Said> {
-    let is_score =
-        number.unit == Unit::None && number.decimals == 0 && (0.0..=5.0).contains(&number.value);
+    // "Safety score: 5.0".
+    let is_whole = number.decimals == 0
+        || number.decimals == 1 && number.value.fract() == 0.0 && has_word(lower, "score");
+    let is_score = number.unit == Unit::None && (0.0..=5.0).contains(&number.value) && is_whole;
     if !is_score {
         return None;
     }
@@ -207,11 +210,12 @@ fn score(lower: &str, above: &str, number: &Number) -> Option<Said> {
     ))
 }
 
-/// A class in brackets behind the number that it grades: "TTC 0.9 s (high risk)".
+/// A class behind the number that it grades: "TTC 0.9 s (high risk)", "TTC 0.9 s → high risk".
 fn graded(lower: &str, above: &str, number: &Number) -> Option<Said> {
-    let rest = lower[number.span.end..]
-        .trim_start_matches(MARKUP)
-        .strip_prefix('(')?;
+    let behind = lower[number.span.end..].trim_start_matches(MARKUP);
+    let marks = ["(", "→", "->", "=>"];
+    let rest = marks.iter().find_map(|mark| behind.strip_prefix(mark))?;
+    let rest = rest.trim_start_matches(MARKUP);
     let start = lower.len() - rest.len();
     let (class, score) = CLASSES
         .iter()
@@ -252,6 +256,7 @@ fn class_said(lower: &str, above: &str) -> Option<Said> {
         "as",
         "remains",
     ];
+    const GIVES: [&str; 3] = ["assessment is", "rating is", "level is"];
     let plain = lower.replace(['*', '"', '`'], " ");
     let (class, score, at) = CLASSES.iter().skip(1).take(5).find_map(|(class, score)| {
         let risk = ["risk", "-risk"];
@@ -266,7 +271,11 @@ fn class_said(lower: &str, above: &str) -> Option<Said> {
             .then_some((class, score, at))
     })?;
     let words: Vec<&str> = plain[..at].split_whitespace().rev().take(4).collect();
-    let is_stated = words.iter().any(|word| STATES.contains(word));
+    let after = plain[at..]
+        .split_once("risk")
+        .map_or("", |(_, after)| after.trim_start());
+    let is_stated = words.iter().any(|word| STATES.contains(word))
+        || GIVES.iter().any(|words| after.starts_with(words));
     let part = &plain[around(&plain, at)];
     let is_doubted = UNSCORED.iter().any(|word| has_word(part, word))
         || has_word(part, "no")
@@ -276,7 +285,21 @@ fn class_said(lower: &str, above: &str) -> Option<Said> {
     }
     let of = aspect(&plain[around(&plain, at).start..at], above)?;
     let value = ClaimedValue::Score { score: *score, of };
-    Some((at..at + class.len(), Quantity::Risk, value))
+    // "An extreme risk of collision" is no collision.
+    let risk = lower[at..]
+        .find("risk")
+        .map_or(class.len(), |end| end + "risk".len());
+    let of_what = ["of collision", "of a collision", "of contact"];
+    let rest = &lower[at + risk..];
+    let more = of_what
+        .iter()
+        .find(|words| rest.trim_start().starts_with(**words));
+    let end = at
+        + risk
+        + more.map_or(0, |words| {
+            rest.len() - rest.trim_start().len() + words.len()
+        });
+    Some((at..end, Quantity::Risk, value))
 }
 
 /// A field with a class alone: "overall risk: low".
@@ -306,11 +329,14 @@ fn aspect(head: &str, above: &str) -> Option<RiskAspect> {
     let said = |text: &str, word: &str| has_word(text, word);
     let axis = axis(head);
     let says = |words: &[&str]| words.iter().any(|word| said(head, word));
-    if says(&["velocity", "acceleration", "mdc", "direction"]) {
+    if says(&["velocity", "acceleration", "direction"]) {
         return None;
     }
     if says(&["distance", "distances"]) {
         return Some(RiskAspect::Distance(axis));
+    }
+    if says(&["mdc"]) {
+        return None;
     }
     if says(&["time", "ttc"]) {
         return Some(RiskAspect::Time(axis));
@@ -344,6 +370,20 @@ fn class_before(before: &str) -> Option<u8> {
     Some(found.1)
 }
 
+/// Whether two numbers are said to be x and y: "(1.2, 3.4)", "x: 1.2, y: 3.4".
+fn is_pair(before: &str, between: &str, after: &str) -> bool {
+    let bare = |text: &str| {
+        text.replace([':', '=', ' ', '*', ','], "")
+            .replace("and", "")
+    };
+    let x = before
+        .trim_end_matches([':', '=', ' ', '*'])
+        .strip_suffix('x');
+    let names_x = x.is_some_and(|rest| !rest.ends_with(char::is_alphanumeric));
+    before.ends_with('(') && between == "," && after.starts_with(')')
+        || names_x && bare(between) == "y"
+}
+
 /// The place on the map that is said, (x, y), and the division that is written down.
 pub fn written(lower: &str, numbers: &[Number]) -> Vec<Said> {
     let mut found = Vec::new();
@@ -359,7 +399,7 @@ pub fn written(lower: &str, numbers: &[Number]) -> Vec<Said> {
         let spaced = before.replace('_', " ");
         let mut near = spaced.split_whitespace().rev().take(4);
         let is_velocity = near.any(|word| ["v", "rel", "vrel", "velocity"].contains(&word));
-        let is_pair = before.ends_with('(') && between == "," && after.starts_with(')');
+        let is_pair = is_pair(before, between, after);
         if is_place && is_pair && is_velocity {
             for (number, quantity) in [(x, Quantity::VelocityLong), (y, Quantity::VelocityLat)] {
                 let value = ClaimedValue::Number {
@@ -375,66 +415,17 @@ pub fn written(lower: &str, numbers: &[Number]) -> Vec<Said> {
             found.push((x.span.start..y.span.end, Quantity::Position, value));
         }
     }
-    for three in numbers.windows(3) {
-        let [a, b, c] = three else { continue };
-        let between = |from: &Number, to: &Number| {
-            lower
-                .get(from.span.end..to.span.start)
-                .unwrap_or("?")
-                .trim_matches([' ', '*', '|', '`', ')', '(', '~'])
-                .to_owned()
-        };
-        let divides = ["/", "÷"].contains(&between(a, b).as_str());
-        let gives = ["=", "≈", "= ~", "=~", "= approx.", "= approximately", "≈ ~"]
-            .contains(&between(b, c).as_str());
+    for (_, parts) in divisions(lower, numbers) {
+        let [a, b, c] = parts else { continue };
         let fits = matches!(a.unit, Unit::Metre | Unit::None)
-            && matches!(b.unit, Unit::Speed | Unit::None);
-        if divides && gives && fits && matches!(c.unit, Unit::Second | Unit::None) {
+            && matches!(b.unit, Unit::Speed | Unit::None)
+            && matches!(c.unit, Unit::Second | Unit::None);
+        if fits {
             let value = ClaimedValue::Quotient([a, b, c].map(|n| (n.value, n.decimals)));
             found.push((a.span.start..b.span.end, Quantity::Arithmetic, value));
         }
     }
     found
-}
-
-/// The lanelets that a sentence in lower case puts its obstacle on: "in lanelet 120", "lanelet id: 120.0".
-pub fn lanelets(lower: &str) -> Vec<Said> {
-    let all = lower.match_indices("lanelet").map(|(at, _)| at);
-    let found = all.filter_map(|at| {
-        let before = lower[..at].trim_end_matches(['*', ' ', '`', '"']);
-        const IN: [&str; 12] = [
-            "in", "on", "within", "along", "occupies", "the", "(", ":", "-", ",", "is", "same",
-        ];
-        let is_in = before.is_empty() || IN.iter().any(|word| before.ends_with(word));
-        let (end, id) = lanelet(lower, at)?;
-        let value = ClaimedValue::Word {
-            predicate: Predicate::OnLanelet(id),
-            is_denied: false,
-        };
-        is_in.then_some((at..end, Quantity::Way, value))
-    });
-    found.collect()
-}
-
-/// The id behind the word "lanelet" at a place, and where it ends.
-fn lanelet(lower: &str, at: usize) -> Option<(usize, i64)> {
-    let rest = &lower[at + "lanelet".len()..];
-    let tail = rest.trim_start_matches([' ', ':', '*', '#', '(']);
-    let tail = tail
-        .strip_prefix("id")
-        .unwrap_or(tail)
-        .trim_start_matches([' ', ':', '*', '=']);
-    let digits = tail.bytes().take_while(u8::is_ascii_digit).count();
-    let id = tail[..digits].parse().ok()?;
-    let after = tail[digits..].strip_prefix(".0").unwrap_or(&tail[digits..]);
-    // One of several, or the first of two that it passes.
-    if after.starts_with(|c: char| c.is_alphanumeric())
-        || after.trim_start().starts_with("to ")
-        || after.trim_start().starts_with("and ")
-    {
-        return None;
-    }
-    Some((lower.len() - after.len(), id))
 }
 
 /// That a time to collision never ends: "TTC: not applicable", "infinite".

@@ -8,7 +8,7 @@ use super::plans;
 use super::references::{Named, Reference};
 use super::score;
 use super::speech::Speech;
-use super::tokens::{Token, denies, has_word};
+use super::tokens::{Token, denies, find_word, has_word};
 use super::{Claim, ClaimedValue, Predicate, Quantity};
 
 /// A sentence with its context.
@@ -33,6 +33,8 @@ pub struct Sentence<'a> {
     pub ego: i64,
     /// Whether it is a field or a cell that asks for a place.
     pub asks_place: bool,
+    /// Whom "both obstacles" means.
+    pub both: Option<[i64; 2]>,
     /// Whether a trajectory came with the text.
     pub has_trajectory: bool,
     /// The step that it names, or that was named for it.
@@ -91,8 +93,11 @@ impl Sentence<'_> {
             return Vec::new();
         }
         let mut found: Vec<Claim> = Vec::new();
-        found.extend(self.change());
-        found.extend(self.both_axes());
+        found.extend(self.changes());
+        let mut ordered = self.both_axes();
+        ordered.extend(self.distributed());
+        let is_ordered = !ordered.is_empty();
+        found.extend(ordered);
         let taken: Vec<std::ops::Range<usize>> = found.iter().map(|c| c.span.clone()).collect();
         let is_new = |number: &Number| {
             let at = self.start + number.span.start;
@@ -125,6 +130,7 @@ impl Sentence<'_> {
             references: self.references,
             above: self.above,
             asks_place: self.asks_place,
+            both: self.both,
             lower: self.lower,
         };
         if self.has_trajectory {
@@ -142,9 +148,9 @@ impl Sentence<'_> {
             }
         }
         let risks = score::risks(self.lower, self.above, self.numbers);
-        let lanelets = score::lanelets(self.lower);
         let never = score::never(self.lower, self.above);
-        for (span, quantity, value) in risks.into_iter().chain(lanelets).chain(never) {
+        found.extend(self.lanelets());
+        for (span, quantity, value) in risks.into_iter().chain(never) {
             self.said_of_one(span, quantity, value, &mut found);
         }
         for (span, quantity, value) in score::written(self.lower, self.numbers) {
@@ -163,9 +169,27 @@ impl Sentence<'_> {
         };
         guarded.keep(&mut found);
         self.leave_to_plans(&mut found);
+        // Numbers that are told in an order which is not read are of no one.
+        if !is_ordered && let Some(at) = find_word(self.lower, "respectively") {
+            let first = self.first_of_row(at);
+            found.retain(|claim| !(first..at).contains(&(claim.span.start - self.start)));
+        }
         found.sort_by_key(|claim| claim.span.start);
         found.dedup_by(|a, b| a == b);
         found
+    }
+
+    /// Where the row of numbers begins that ends before a byte: "3 m, 4 m and 5 m".
+    fn first_of_row(&self, at: usize) -> usize {
+        let mut first = at;
+        for number in self.numbers.iter().rev().filter(|n| n.span.end <= at) {
+            let between = self.lower[number.span.end..first].trim();
+            if first != at && ![",", "and", ", and"].contains(&between) {
+                break;
+            }
+            first = number.span.start;
+        }
+        first
     }
 
     /// What the ego is said to do is held against the trajectory, not against the recording.
@@ -263,12 +287,17 @@ impl Sentence<'_> {
             .get(clause.at.start)
             .map_or(0, |t| t.span.start)
             .min(span.start)..span.start];
-        let is_of_ego =
-            clause.who == Who::Ego && clause.object.is_none() && quantity == Quantity::Position;
+        let is_place = quantity == Quantity::Position;
+        let is_of_ego = clause.who == Who::Ego && clause.object.is_none() && is_place;
         // "I rate it 2": of whom it is about.
-        let is_rated = quantity == Quantity::Risk && !matches!(clause.who, Who::Obstacles(_));
+        let is_all = |r: &Reference| matches!(r.who, Named::Nobody | Named::Other | Named::Both);
+        let is_rated = quantity == Quantity::Risk
+            && !matches!(clause.who, Who::Obstacles(_))
+            && !self.references.iter().any(is_all);
         let topic = clause.topic.filter(|_| is_rated).map(|id| (id, false));
-        let of = if is_of_ego {
+        let of = if is_place && let Some(owner) = self.owner(span.start) {
+            Some((owner, false))
+        } else if is_of_ego {
             Some((self.ego, false))
         } else {
             self.stated_of(span.start).or(topic)
@@ -290,6 +319,27 @@ impl Sentence<'_> {
             }
             value if !denies(before) => found.push(self.claim(span, of, quantity, value)),
             _ => {}
+        }
+    }
+
+    /// Whom the bracket of what stands at a byte is directly behind: "Ego (1.2, 3.4)", "the ego is at (1.2, 3.4)".
+    pub(super) fn owner(&self, at: usize) -> Option<i64> {
+        let place = self.tokens.iter().position(|t| t.span.end > at)?;
+        let open = place.checked_sub(1).filter(|i| self.tokens[*i].is("("))?;
+        let end = (0..=open)
+            .rev()
+            .find(|i| *i == 0 || !self.tokens[i - 1].is("at is : located position now"))?;
+        let owner = self.references.iter().find(|r| r.at.end == end)?;
+        // "Relative to the ego (1.2, 3.4)", but "(1.2, 3.4) vs ego (5.6, 7.8)".
+        let before = owner.at.start.checked_sub(1);
+        let is_beside = before.is_some_and(|i| self.tokens[i].is("vs versus and"));
+        if owner.is_governed && !is_beside && owner.who == Named::Ego {
+            return None;
+        }
+        match owner.who {
+            Named::Ego => Some(self.ego),
+            Named::Obstacle(id) => Some(id),
+            _ => Self::met(self.clause(self.tokens[owner.at.start].span.start)?),
         }
     }
 
@@ -319,6 +369,7 @@ impl Sentence<'_> {
             quantity,
             stated,
             step: self.step,
+            is_throughout: self.tokens.iter().any(|t| t.is("throughout")),
         }
     }
 }

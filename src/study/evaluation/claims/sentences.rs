@@ -364,12 +364,22 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
         let parts = clauses(cell).into_iter();
         parts.map(move |(from, clause)| (at + from, clause))
     });
+    // What stands before the first colon is a label, where it says nothing.
+    let label = lower.find(':').unwrap_or(0);
+    let says = |text: &str| {
+        ["is", "are", "has", "have"]
+            .iter()
+            .any(|verb| has_word(text, verb))
+    };
+    let label = if says(&lower[..label]) { 0 } else { label };
     let clause = { parts }.any(|(from, clause)| {
         let span = from..from + clause.len();
         let has_claim = covers(&span);
+        let is_vague = is_vague(clause);
         { words(clause) }.any(|(at, word)| {
             let own = from + at..from + at + word.len();
-            (begins(word, MOVING) || !has_claim && begins(word, PLACED))
+            (begins(word, MOVING) || !has_claim && begins(word, PLACED) && !is_vague)
+                && own.start >= label
                 && !covers(&own)
                 && !is_of_number(clause, at, word)
         }) && !is_comment(clause, has_claim)
@@ -422,7 +432,7 @@ fn is_of_number(clause: &str, at: usize, word: &str) -> bool {
                 .strip_suffix(unit)
                 .is_some_and(|rest| rest.trim_end().ends_with(|c: char| c.is_ascii_digit()))
         });
-    word == "away" && has_unit
+    word == "away" && (has_unit || before.ends_with("far"))
         || ["speed", "velocity"]
             .iter()
             .any(|noun| after.starts_with(noun))
@@ -430,6 +440,36 @@ fn is_of_number(clause: &str, at: usize, word: &str) -> bool {
 
 fn begins(word: &str, stems: &[&str]) -> bool {
     stems.iter().any(|stem| word.starts_with(stem))
+}
+
+/// Whether a clause says of a quantity only how large it seems: "the lateral distance is significant".
+fn is_vague(clause: &str) -> bool {
+    const SIZES: [&str; 22] = [
+        "large",
+        "small",
+        "significant",
+        "safe",
+        "sufficient",
+        "minimal",
+        "negligible",
+        "low",
+        "high",
+        "moderate",
+        "short",
+        "long",
+        "adequate",
+        "considerable",
+        "substantial",
+        "close",
+        "manageable",
+        "far",
+        "great",
+        "slow",
+        "fast",
+        "tight",
+    ];
+    let has_number = clause.contains(|c: char| c.is_ascii_digit());
+    !has_number && SIZES.iter().any(|word| has_word(clause, word))
 }
 
 /// Whether a clause without a claim says what another means: "indicating a low risk".

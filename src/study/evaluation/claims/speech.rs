@@ -30,6 +30,8 @@ pub struct Speech<'a> {
     pub above: &'a str,
     /// Whether it is a field or a cell that asks for a place.
     pub asks_place: bool,
+    /// Whom "both obstacles" means.
+    pub both: Option<[i64; 2]>,
     pub lower: &'a str,
 }
 
@@ -90,7 +92,7 @@ impl Speech<'_> {
         const DENIALS: &str = "not no never without neither nor none nobody";
         const UNCLEAR: &str = "hardly barely rarely scarcely seldom fails fail refrains refrain ceases ceased instead than nothing excluded \
         only almost nearly";
-        let mut denials = 0;
+        let (mut denials, mut is_weighed) = (0, false);
         for place in (self.begins(clause)..at).rev() {
             let token = &self.tokens[place];
             const ENDS: &str = "and but due because since despite given as for applicable with";
@@ -105,11 +107,21 @@ impl Speech<'_> {
             }
             // "Neither … nor" is one.
             let is_second = token.is("neither") && denials > 0;
+            // "No significant approach" may be a slight one.
+            is_weighed |=
+                token.is("significant significantly substantial substantially notable notably");
             if token.is(DENIALS) && !self.is(place + 1, "only doubt") && !is_second {
+                if is_weighed {
+                    return None;
+                }
                 denials += 1;
             }
         }
-        (denials < 2).then_some(denials == 1)
+        // "Not closing fast enough" may be closing.
+        let is_weighed = denials == 1
+            && (at..clause.at.end)
+                .any(|i| self.is(i, "significantly substantially notably dramatically enough"));
+        (denials < 2 && !is_weighed).then_some(denials == 1)
     }
 
     /// Where a clause begins that goes on behind brackets: "neither 7 (2 m) touches the ego".
@@ -160,8 +172,18 @@ impl Speech<'_> {
     /// The verbs of a clause.
     pub(super) fn acts(&self, clause: &Clause, found: &mut Vec<Said>) {
         const NO_NOUN: &str = "distance distances light lights sign line signal rate trajectory path speed velocity time behavior behaviour \
-        capability force maneuver manoeuvre vehicles traffic obstacles cars threshold phase objects gap lane lanes";
-        for (act, at) in VERBS.all(self.tokens, clause.at.clone()) {
+        capability force approximation assumption model maneuver manoeuvre vehicles traffic obstacles cars threshold phase objects gap lane lanes";
+        let mut acts = VERBS.all(self.tokens, clause.at.clone());
+        // "Closing in the same lane" is two.
+        let words = &self.tokens[..clause.at.end];
+        let lanes: Vec<_> = { acts.iter() }
+            .filter(|(_, at)| at.len() > 1 && self.is(at.end - 1, "in"))
+            .filter_map(|(_, at)| Some((at.clone(), VERBS.at(words, at.end - 1)?)))
+            .filter(|(at, (act, end))| matches!(act, Act::Pair(_)) && *end > at.end)
+            .map(|(at, (act, end))| (act, at.end - 1..end))
+            .collect();
+        acts.extend(lanes);
+        for (act, at) in acts {
             if act == Act::Other || clause.is_label {
                 continue;
             }
@@ -201,6 +223,19 @@ impl Speech<'_> {
             {
                 continue;
             }
+            // "3 m away laterally", "is further away laterally" are places.
+            let is_place = before.is_some_and(|i| {
+                let is_far = self.is(i, "further farther far") && i > 0;
+                self.tokens[i].number.is_some() || is_far && self.is(i - 1, "is are remains")
+            });
+            if is_place && self.is(at.start, "away") {
+                continue;
+            }
+            // "The relative velocity is higher than the ego's".
+            let is_relative = before.is_some_and(|i| self.is(i, "relative closing initial"));
+            if is_relative && self.is(at.start, "speed velocity") && matches!(act, Act::Pair(_)) {
+                continue;
+            }
             // "The brake", "its brake".
             if self.is(at.start, "brake")
                 && before.is_some_and(|i| self.is(i, "the a its emergency my full"))
@@ -210,12 +245,19 @@ impl Speech<'_> {
             let Some(is_denied) = self.denial(clause, at.start) else {
                 continue;
             };
-            let pair = self.pair(clause);
+            let is_distance = matches!(act, Act::Nears(_) | Act::Approaches);
+            let mut pair = self.pair(clause);
+            // "The ego is closing the gap": to whom all of it is about.
+            let is_of_another = self.is(at.end, "from") && !self.is_named(at.end + 1);
+            if clause.who == Who::Ego && pair.is_empty() && is_distance && !is_of_another {
+                pair.extend(clause.topic);
+            }
             match act {
                 Act::Nears(_) | Act::Approaches => {
                     if act == Act::Approaches && !self.is_of_ego(at.end, clause) {
                         continue;
                     }
+                    let is_denied = is_denied || self.is(at.start, "no zero without");
                     let nears = !matches!(act, Act::Nears(false));
                     // "I am pulling away again".
                     if clause.who == Who::Ego
@@ -242,12 +284,16 @@ impl Speech<'_> {
                         }
                     }
                 }
+                // "The closing speed accelerates" is not said of a body.
+                Act::Own(Predicate::Braking | Predicate::Accelerating)
+                    if before.is_some_and(|i| self.is(i, "speed velocity rate closing")) => {}
                 Act::Own(predicate) => {
                     for of in Self::own(clause) {
                         self.push(found, clause, at.clone(), of, (predicate, is_denied));
                     }
                 }
                 Act::Note(_) if at.start != clause.at.start => {}
+                Act::Pair(_) if self.is_of_change(&at) => {}
                 Act::Pair(predicate) | Act::Note(predicate) => {
                     // "They are in the same lane": it and the ego.
                     let are_both = clause.who == Who::Unknown
@@ -268,7 +314,7 @@ impl Speech<'_> {
                         Who::Ego => clause.object.map(|id| (id, true)),
                         Who::Obstacles(ids)
                             if clause.object.is_none()
-                                && (clause.names_ego
+                                && (self.is_ego(at.end)
                                     || self.is(at.end, "at closely behind close")) =>
                         {
                             ids.first().map(|id| (*id, false))
@@ -305,11 +351,16 @@ impl Speech<'_> {
         self.is(at, HOW)
             || self.tokens[at].word.ends_with("ly")
             || !self.tokens[at].is_word()
-            || (at..at + 3).any(|i| {
-                self.reference_at(i)
-                    .is_some_and(|r| matches!(r.who, Named::Ego | Named::Obstacle(_)))
-            })
+            || self.is_named(at)
             || self.is(at, "the") && (at..at + 4).any(|i| self.is(i, "distance gap"))
+    }
+
+    /// Whether a participant is named right at a place.
+    fn is_named(&self, at: usize) -> bool {
+        (at..at + 3).any(|i| {
+            self.reference_at(i)
+                .is_some_and(|r| matches!(r.who, Named::Ego | Named::Obstacle(_) | Named::It))
+        })
     }
 
     /// The axes along which a clause speaks: those that it names, or that its label or what it stands under does.
@@ -329,7 +380,13 @@ impl Speech<'_> {
         let words = &self.tokens[clause.at.clone()];
         let says = |word: &str| words.iter().any(|t| t.is(word));
         match own.as_slice() {
-            [one] => return vec![*one],
+            // "Longitudinally (3 m/s) and laterally".
+            [one] => {
+                let close = (clause.at.end..clause.at.end + 4).find(|i| self.is(*i, ")"));
+                let other = close.filter(|i| self.is(clause.at.end, "(") && self.is(i + 1, "and"));
+                let other = other.map_or(Vec::new(), |i| named(i + 2..i + 3));
+                return std::iter::once(*one).chain(other).collect();
+            }
             [_, _] if says("both") || says("and") => return own,
             [_, _] => return Vec::new(),
             _ => {}
@@ -341,17 +398,41 @@ impl Speech<'_> {
         if is_both {
             return vec![Some(true), Some(false)];
         }
+        // "Longitudinal -3 m/s, lateral -2 m/s (both approaching)".
+        let is_bracket = clause.at.start > 0 && self.is(clause.at.start - 1, "(");
+        let before = named(0..clause.at.start);
+        if is_bracket && self.is(clause.at.start, "both") && before.len() == 2 {
+            return before;
+        }
         let labelled = named(clause.label.clone());
         if let [one] = labelled.as_slice() {
             return vec![*one];
         }
         // "Lateral 2 m (approaching)": the part before the bracket.
-        if clause.at.start > 0 && self.is(clause.at.start - 1, "(") && at.start == clause.at.start {
+        if is_bracket && at.start == clause.at.start {
             let part = &self.tokens[..clause.at.start - 1];
             let from = part.iter().rposition(|t| t.is(", ;")).map_or(0, |i| i + 1);
             if let [one] = named(from..clause.at.start - 1).as_slice() {
                 return vec![*one];
             }
+        }
+        // "Lateral TTC = 3 s (approaching)": in a field that names one.
+        let head = self
+            .tokens
+            .iter()
+            .position(|t| t.is(": ="))
+            .filter(|i| *i < 6);
+        if let Some([one]) = head.map(|end| named(0..end)).as_deref() {
+            return vec![*one];
+        }
+        // "Lateral distance 2 m but closing": a short clause behind one that names an axis.
+        let start = clause.at.start;
+        let last = self.tokens[..start]
+            .iter()
+            .rposition(|t| t.is(", ; : ( ) but and while"));
+        let last = last.filter(|_| self.is(start, "but and") && clause.at.len() <= 4);
+        if let Some([one]) = last.map(|from| named(from..start)).as_deref() {
+            return vec![*one];
         }
         vec![super::number::axis(self.above)]
     }

@@ -2,7 +2,7 @@
 
 use super::clauses::{Mood, Who};
 use super::find::ends_with_word;
-use super::number::{Number, Unit, axis, scale};
+use super::number::{Number, Unit, axis, find_axis, scale};
 use super::sentence::Sentence;
 use super::tokens::{denies, has_word};
 use super::{Claim, ClaimedValue, Quantity};
@@ -108,7 +108,13 @@ impl Sentence<'_> {
             return Vec::new();
         };
         let words = &self.tokens[clause.at.clone()];
-        let is_past = match clause.mood {
+        // "Initially far (15 m)": as what its bracket stands behind.
+        let (begin, is_bracket) = self.begins(number);
+        let mood = match self.clause(begin).filter(|_| is_bracket) {
+            Some(before) if before.mood == Mood::Past => Mood::Past,
+            _ => clause.mood,
+        };
+        let is_past = match mood {
             Mood::Said => false,
             Mood::Past => true,
             Mood::Future | Mood::Supposed => return Vec::new(),
@@ -121,7 +127,8 @@ impl Sentence<'_> {
             return Vec::new();
         }
         let next = after.trim_start_matches(['<', '≤', '>', '≥', '=', ' ']);
-        if next.len() < after.len() && next.starts_with(char::is_alphabetic) {
+        let is_result = next.starts_with("approx") || next.starts_with("about");
+        if next.len() < after.len() && next.starts_with(char::is_alphabetic) && !is_result {
             return Vec::new();
         }
         // "From 3 m on".
@@ -151,7 +158,9 @@ impl Sentence<'_> {
             let before = (0..first).rfind(|i| !self.taken[*i]);
             self.quantity(first, before.map_or(0, |i| self.numbers[i].span.end))
         });
+        let owner = self.own_speed(number);
         let (quantity, magnitude) = match own {
+            _ if owner.is_some() => (Quantity::Speed, false),
             Some(found) => found,
             // "A TTC of 1.2 s is below 1 s": the same quantity again.
             None => match last {
@@ -167,22 +176,34 @@ impl Sentence<'_> {
             }
             _ => Self::met(clause),
         };
-        let Some(of) = of else { return Vec::new() };
+        let Some(of) = owner.or(self.named_behind(number)).or(of) else {
+            return Vec::new();
+        };
         // "Accelerates with 2 m/s²" is no braking, and "brakes with 2 m/s²" is.
         let verb = if quantity == Quantity::Acceleration {
             change_of_speed(near)
         } else {
             None
         };
+        // "A lateral gap of 2 m to the right" has the sign of its side.
+        let side = self
+            .side_behind(number)
+            .filter(|_| self.magnitude(from, number));
+        let sign = side.and_then(|side| match quantity {
+            Quantity::GapLat => side.left,
+            Quantity::GapLong => side.front,
+            _ => None,
+        });
+        let sign = verb.or(sign);
         let value = match bound {
             Bound::None => ClaimedValue::Number {
-                value: match verb {
-                    Some(faster) => number.value.abs() * if faster { 1.0 } else { -1.0 },
+                value: match sign {
+                    Some(is_positive) => number.value.abs() * if is_positive { 1.0 } else { -1.0 },
                     None => number.value,
                 },
                 decimals: number.decimals,
                 rough: self.rough(from, number.span.start),
-                magnitude: verb.is_none() && (magnitude || self.magnitude(from, number)),
+                magnitude: sign.is_none() && (magnitude || self.magnitude(from, number)),
             },
             Bound::Above => ClaimedValue::Bounds {
                 from: Some(number.value.abs()),
@@ -208,10 +229,24 @@ impl Sentence<'_> {
         };
         // "Relative velocity: 0 m/s in both dimensions", "TTClong and TTClat are both 0 s", "2 m longitudinally and laterally".
         let own = &self.lower[self.begins(number).0.min(number.span.start)..number.span.start];
+        // Of both that are named before it, where no second number follows.
+        let next = self.numbers.get(place + 1);
+        let is_only = next.is_none_or(|next| {
+            let between = self.lower.get(number.span.end..next.span.start);
+            next.unit != number.unit || between.is_some_and(|text| axis(text).is_some())
+        });
+        const JOINT: [&str; 5] = [
+            "longitudinal and lateral",
+            "lateral and longitudinal",
+            "longitudinally and laterally",
+            "laterally and longitudinally",
+            "ttclong and ttclat",
+        ];
         let names = |text: &str| text.contains("long") && text.contains("lat");
+        let is_joint = JOINT.iter().any(|words| own.contains(words));
         let is_both = after.starts_with("in both ")
-            || names(own) && has_word(own, "both")
-            || after.starts_with("longitudinally and laterally");
+            || (is_joint || names(own) && has_word(own, "both")) && is_only
+            || JOINT.iter().any(|words| after.starts_with(words));
         let across = match quantity {
             Quantity::VelocityLong | Quantity::VelocityLat => {
                 Some([Quantity::VelocityLong, Quantity::VelocityLat])
@@ -275,8 +310,20 @@ impl Sentence<'_> {
             return None;
         }
         let is_symbol = |words: &str| !words.starts_with(char::is_alphabetic);
-        let word = BOUNDS.iter().find(|(words, _)| {
-            is_symbol(words) && own.contains(words) || !is_symbol(words) && has_word(&own, words)
+        // "As indicated by a gap of 3 m" bounds nothing.
+        let last: Vec<&str> = words.iter().copied().rev().collect();
+        let last = last.join(" ");
+        let word = BOUNDS.iter().find(|(words, above)| {
+            let text = if *words == "by"
+                && above.is_none()
+                && !own.ends_with("by ")
+                && has_word(&own, "of")
+            {
+                last.as_str()
+            } else {
+                own.as_str()
+            };
+            is_symbol(words) && text.contains(words) || !is_symbol(words) && has_word(text, words)
         });
         let is_above = match word {
             Some(("by", None))
@@ -383,9 +430,56 @@ impl Sentence<'_> {
         vec![claim(&pair[0], long_first), claim(&pair[1], !long_first)]
     }
 
+    /// Numbers of several obstacles in their order: "7 and 8 are 25 m and 15 m away".
+    pub(super) fn distributed(&self) -> Vec<Claim> {
+        let mut found = Vec::new();
+        for clause in self.clauses {
+            let Who::Obstacles(ids) = &clause.who else {
+                continue;
+            };
+            if ids.len() < 2 || clause.mood != Mood::Said || clause.object.is_some() {
+                continue;
+            }
+            let own: Vec<usize> = { clause.at.clone() }
+                .filter_map(|i| self.tokens[i].number)
+                .filter(|place| !self.taken[*place])
+                .collect();
+            let Some(last) = own.last().copied().filter(|_| own.len() == ids.len()) else {
+                continue;
+            };
+            let first = own[0];
+            let is_row = own.windows(2).all(|two| {
+                let (a, b) = (&self.numbers[two[0]], &self.numbers[two[1]]);
+                let between = self.lower.get(a.span.end..b.span.start).unwrap_or("?");
+                ["and", ",", ", and"].contains(&between.trim()) && a.unit == b.unit
+            });
+            let from = self.tokens[clause.at.start].span.start;
+            let is_bound = self.bound(first, &self.lower[from..self.numbers[first].span.start]);
+            let Some((quantity, _)) = self.quantity(last, from).filter(|_| is_row) else {
+                continue;
+            };
+            if is_bound != Some(Bound::None)
+                || denies(&self.lower[from..self.numbers[first].span.start])
+            {
+                continue;
+            }
+            for (id, place) in ids.iter().zip(own) {
+                let number = &self.numbers[place];
+                let stated = ClaimedValue::Number {
+                    value: number.value,
+                    decimals: number.decimals,
+                    rough: self.rough(from, number.span.start),
+                    magnitude: self.magnitude(0, number),
+                };
+                found.push(self.claim(number.span.clone(), (*id, false), quantity, stated));
+            }
+        }
+        found
+    }
+
     /// Whether a verb says something else than its numbers: "increased from 11 m to 9 m".
     pub(super) fn is_contradictory(&self) -> bool {
-        let Some([from, to]) = self.pair() else {
+        let Some([from, to]) = self.pairs().first().copied() else {
             return false;
         };
         let before = &self.lower[..from.span.start];
@@ -397,35 +491,53 @@ impl Sentence<'_> {
     }
 
     /// The numbers of a change: "from 9 m to 7.8 m", "9 → 7.8 m".
-    pub(super) fn pair(&self) -> Option<[&Number; 2]> {
+    fn pairs(&self) -> Vec<[&Number; 2]> {
         let pairs = self.numbers.iter().enumerate().flat_map(|(i, first)| {
             let further = self.numbers[i + 1..].iter().take(2);
             further.map(move |second| [first, second])
         });
-        { pairs }.find(|pair| {
+        let is_change = |pair: &[&Number; 2]| {
             let between = self.lower.get(pair[0].span.end..pair[1].span.start);
-            let between = between.unwrap_or("?").trim();
-            // "From 3.75 m (4.8 s) to 0.2 m".
+            let between = between.unwrap_or("?").trim_matches([' ', '~', '≈', '*']);
+            // "From 3.75 m (4.8 s) to 0.2 m", "from 3.75 m at 4.8 s to 0.2 m".
             let between = match (between.starts_with('('), between.rfind(')')) {
                 (true, Some(end)) => between[end + 1..].trim(),
+                _ if between.starts_with("at ") => between.rsplit(' ').next().unwrap_or(between),
                 _ => between,
             };
-            let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~']);
-            let is_from = before.ends_with("from") && between == "to";
+            let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~', '≈']);
+            let is_from = ["from", "from about", "from approximately", "from around"]
+                .iter()
+                .any(|words| before.ends_with(words))
+                && between == "to";
+            // "Shrinks (25 m to 20 m)".
+            let said = before.strip_suffix('(').unwrap_or_default();
+            let is_change = [
+                "increas", "decreas", "chang", "grow", "shrink", "clos", "widen",
+            ];
+            let is_from =
+                is_from || between == "to" && is_change.iter().any(|word| said.contains(word));
             let is_arrow = ["→", "->"].contains(&between);
             let same = pair[0].unit == pair[1].unit || pair[0].unit == Unit::None;
             (is_from || is_arrow) && same
-        })
+        };
+        pairs.filter(is_change).collect()
     }
 
     /// From one number to another: "the gap decreased from 9 m to 7.8 m".
-    pub(super) fn change(&self) -> Option<Claim> {
-        if denies(self.lower) {
+    pub(super) fn changes(&self) -> Vec<Claim> {
+        let pairs = self.pairs().into_iter();
+        pairs.filter_map(|pair| self.change(pair)).collect()
+    }
+
+    fn change(&self, pair: [&Number; 2]) -> Option<Claim> {
+        let clause = self.clause(pair[0].span.start)?;
+        let own = self.tokens[clause.at.start].span.start..pair[1].span.end;
+        if denies(self.lower.get(own).unwrap_or_default()) {
             return None;
         }
-        let pair = self.pair()?;
-        let clause = self.clause(pair[0].span.start)?;
         let before = &self.lower[..pair[0].span.start];
+        let after = self.lower[pair[1].span.end..].trim_start_matches(['*', ' ', '`']);
         let says = |words: &[&str]| {
             words
                 .iter()
@@ -440,9 +552,9 @@ impl Sentence<'_> {
                     "clearance",
                     "spacing",
                     "headway",
-                ]) =>
+                ]) || axis(before).is_some() =>
             {
-                match axis(before).or_else(|| axis(self.above)) {
+                match find_axis(before, after).or_else(|| axis(self.above)) {
                     Some(true) => Quantity::GapLong,
                     Some(false) => Quantity::GapLat,
                     None => Quantity::Distance,
@@ -472,6 +584,7 @@ impl Sentence<'_> {
             from: pair[0].value * scale,
             to: pair[1].value,
             decimals: pair[0].decimals.min(pair[1].decimals),
+            rough: self.rough(pair[0].span.start.saturating_sub(12), pair[1].span.start),
         };
         let mut claim = self.claim(
             pair[0].span.start..pair[1].span.end,
@@ -480,6 +593,8 @@ impl Sentence<'_> {
             stated,
         );
         claim.step = None;
-        Some(claim).filter(|_| !self.is_contradictory())
+        // Of numbers with signs, what a verb means is not told, but from what to what they change is.
+        let is_signed = pair.iter().any(|number| number.value < 0.0);
+        Some(claim).filter(|_| is_signed || !self.is_contradictory())
     }
 }

@@ -62,6 +62,23 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Nears(true),
         ),
         ("close gap", Nears(true)),
+        ("move|drive|head|travel|come toward|towards", Approaches),
+        (
+            "=closing|=approaching ?longitudinal|lateral trend|motion|movement|pattern|action|tendency|trajectory|trajectories",
+            Nears(true),
+        ),
+        (
+            "=no|=zero ?active|significant|further|relative ?longitudinal|lateral =closing ?longitudinal|lateral|relative velocity|speed|rate",
+            Nears(true),
+        ),
+        (
+            "=no|=without ?immediate|significant longitudinal|lateral convergence",
+            Nears(true),
+        ),
+        (
+            "=no|=without ?immediate|significant convergence longitudinally|laterally",
+            Nears(true),
+        ),
         (
             "velocity|motion|movement|directed|moving|travelling|traveling toward|towards ego|us|me",
             Nears(true),
@@ -82,6 +99,7 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Nears(false),
         ),
         ("get|move|drift further|farther|apart", Nears(false)),
+        ("=away longitudinally|laterally", Nears(false)),
         // Speed.
         ("=braking|=brakes|=braked|=brake|=stopping", Own(P::Braking)),
         ("brake|braking harder", Other),
@@ -220,6 +238,15 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
         ),
         // Directions.
         ("same direction|way|heading", Pair(P::SameWay)),
+        (
+            "move|drive|travel|goes|run|head|ride|walk parallel ?to|with ?ego|us|me",
+            Pair(P::Parallel),
+        ),
+        ("parallel to|with ego|us|me", Pair(P::Parallel)),
+        (
+            "on|in|with|along|maintain|follow parallel trajectory|path|course",
+            Pair(P::Parallel),
+        ),
         ("opposite|opposing|other ?way|direction|heading", Other),
         ("opposite|opposing direction|way|heading", Pair(P::Oncoming)),
         (
@@ -236,6 +263,23 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             "slower than ego|us|me|we|our|my|i|you",
             Pair(P::SlowerThanEgo),
         ),
+        (
+            "higher|greater speed|velocity than ego|us|me|our|my",
+            Pair(P::FasterThanEgo),
+        ),
+        (
+            "lower|smaller speed|velocity than ego|us|me|our|my",
+            Pair(P::SlowerThanEgo),
+        ),
+        (
+            "speed|velocity is|remains|stays higher|greater than ego|our|my",
+            Pair(P::FasterThanEgo),
+        ),
+        (
+            "speed|velocity is|remains|stays lower|smaller than ego|our|my",
+            Pair(P::SlowerThanEgo),
+        ),
+        ("speed|velocity exceeds ego|our|my", Pair(P::FasterThanEgo)),
         (
             "=follows|=following|=follow|=followed|=trails|=trailing|=tails|=tailing|tailgate|=chasing",
             Follows,
@@ -268,7 +312,10 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Other,
         ),
         ("turn signal|indicator|lane", Other),
-        ("lane change|merging maneuver|manoeuvre|trajectory", Other),
+        (
+            "lane change|changing|merging maneuver|manoeuvre|trajectory|possibility|probability|likelihood|intention|potential",
+            Other,
+        ),
         ("left|right turn", Other),
     ])
 });

@@ -18,7 +18,7 @@ pub struct Known {
 }
 
 /// Changes of distance below this are none, m/s.
-const STILL: f64 = 0.05;
+pub(super) const STILL: f64 = 0.05;
 
 /// Accelerations below this are none that words mean, and those above are plain, m/s².
 const SLIGHT: f64 = 0.3;
@@ -30,6 +30,7 @@ const SOON: f64 = 3.0;
 /// Directions farther apart are not the same, and those farther are opposite, radians.
 const ACROSS: f64 = std::f64::consts::FRAC_PI_2;
 const SAME: f64 = std::f64::consts::FRAC_PI_4;
+const SLANT: f64 = std::f64::consts::FRAC_PI_8;
 
 /// What is known of a predicate of a participant at a step; `told` are the relations in the paper's convention.
 pub fn state(
@@ -213,6 +214,21 @@ pub fn state(
                     encounter.other.velocity.abs(),
                     encounter.ego.velocity.abs()
                 ),
+            }
+        }
+        Predicate::Parallel => {
+            let apart =
+                angle_between(encounter.ego.pose.heading, encounter.other.pose.heading).abs();
+            let apart = apart.min(std::f64::consts::PI - apart);
+            let stands = encounter.other.velocity.abs() < STANDING;
+            Known {
+                holds: match apart {
+                    _ if stands => Err("it stands"),
+                    apart if apart <= SLANT => Ok(true),
+                    apart if apart >= SAME => Ok(false),
+                    _ => Err("it drives at a slant"),
+                },
+                is: format!("headings {:.0}° apart", apart.to_degrees()),
             }
         }
         Predicate::SameWay | Predicate::Oncoming => {
@@ -525,27 +541,33 @@ fn closing(
     Known { holds, is }
 }
 
+/// Lanelets in words.
+pub(super) fn lanelet_words(ids: &[i64]) -> String {
+    let ids: Vec<String> = ids.iter().map(i64::to_string).collect();
+    if ids.is_empty() {
+        "no lanelet".into()
+    } else {
+        format!("lanelet {}", ids.join(" and "))
+    }
+}
+
 /// On which lanelets it is, beside those of the ego.
 fn lane(predicate: Predicate, scene: &Scene, encounter: &Encounter<'_>) -> Known {
     let network = &scene.scenario.network;
     let at = |pose: &Pose| network.lanelets_at(&pose.position);
     let (own, other) = (at(&encounter.ego.pose), at(&encounter.other.pose));
-    let words = |ids: &[i64]| {
-        let ids: Vec<String> = ids.iter().map(i64::to_string).collect();
-        if ids.is_empty() {
-            "no lanelet".into()
-        } else {
-            format!("lanelet {}", ids.join(" and "))
-        }
-    };
     let under = |body: Placed<'_>| network.lanelets_under(&body);
     let bodies = [
         under(encounter.ego_body.at(encounter.ego.pose)),
         under(encounter.other_body.at(encounter.other.pose)),
     ];
     let is = match predicate {
-        Predicate::OnLanelet(_) => words(&other),
-        _ => format!("{}, the ego on {}", words(&other), words(&own)),
+        Predicate::OnLanelet(_) => lanelet_words(&other),
+        _ => format!(
+            "{}, the ego on {}",
+            lanelet_words(&other),
+            lanelet_words(&own)
+        ),
     };
     let holds = match predicate {
         _ if other.is_empty() => Err("it is on no lanelet"),

@@ -4,6 +4,7 @@
 mod forms;
 mod language;
 mod random;
+mod recorded;
 mod unread;
 mod words;
 
