@@ -7,12 +7,11 @@ use nearmiss_scene::metrics::{Encounter, RiskAspect, paper};
 
 use super::ego::of_ego;
 use super::excuses::excuse;
+use super::measured;
 use super::plans::follow;
-use super::truth::{
-    contact, exact, exact_in, judge_side, of_paper, others, paper_relations, worded,
-};
+use super::truth::{contact, exact, judge_side, of_paper, paper_relations};
 use super::worded::{Known, axis_word, risk, state};
-use super::{Claim, ClaimedValue, Predicate, Quantity, Side, Subject};
+use super::{Claim, ClaimedValue, Extent, Predicate, Quantity, Side, Subject};
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
@@ -72,6 +71,17 @@ impl CheckedClaim {
     /// The stated value with its unit.
     #[must_use]
     pub fn stated(&self) -> String {
+        let value = self.value();
+        match self.claim.extent {
+            Extent::Moment => value,
+            Extent::Least => format!("least {value}"),
+            Extent::Most => format!("most {value}"),
+            Extent::All => format!("{value} throughout"),
+        }
+    }
+
+    /// The stated value at a moment.
+    fn value(&self) -> String {
         match self.claim.stated {
             ClaimedValue::Number {
                 value, decimals, ..
@@ -99,6 +109,7 @@ impl CheckedClaim {
             }
             ClaimedValue::Side(side) => side.to_string(),
             ClaimedValue::Contact => "contact".into(),
+            ClaimedValue::Event(event) => event.to_string(),
             ClaimedValue::Word {
                 predicate,
                 is_denied,
@@ -227,6 +238,9 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
             judgement,
         };
     }
+    if claim.extent != Extent::Moment {
+        return measured::over_window(&claim, subject);
+    }
     if claim.is_past && claim.step.is_none() {
         return remembered(&claim, subject, step);
     }
@@ -330,6 +344,17 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
         changed(&mut checked, subject, (from, to, decimals));
         return checked;
     }
+    let is_finite = match claim.stated {
+        ClaimedValue::Number { value, .. } => value.is_finite(),
+        ClaimedValue::Bounds { .. } => true,
+        _ => false,
+    };
+    if is_finite {
+        if let Some(all) = measured::truths(claim, subject, step) {
+            measured::measure(&mut checked, &all);
+        }
+        return checked;
+    }
     if claim.obstacle == scene.ego.id {
         of_ego(&mut checked, subject);
         return checked;
@@ -340,94 +365,27 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
     let sample = scene.ego.recorded.iter().find(|s| s.step == step);
     let written = sample.and_then(|sample| sample.heading);
     match claim.stated {
-        ClaimedValue::Number {
-            value,
-            decimals,
-            rough,
-            magnitude,
-        } => {
-            let sizes = magnitude && value >= 0.0;
-            let fits = |truth: f64| fits(truth, value, (decimals, rough, sizes));
-            if value.is_infinite() {
-                let none = |values: &[f64]| !values.iter().any(|t| t.is_finite());
-                let of_bodies = exact(claim.quantity, &encounter);
-                let mut told = paper_relations(&encounter, written);
-                told.retain(|told| none(&of_paper(claim.quantity, told).collect::<Vec<_>>()));
-                checked.truth = of_bodies.first().copied();
-                checked.is = match checked.truth {
-                    Some(truth) => format!("{truth:.1} {}", claim.quantity.unit()),
-                    None => "none: never reached".into(),
-                };
-                checked.judgement = match (none(&of_bodies), told.is_empty()) {
-                    (true, _) => Judgement::Right,
-                    (false, false) => {
-                        checked.basis = ClaimBasis::Paper;
-                        Judgement::Right
-                    }
-                    (false, true) if rough => {
-                        Judgement::Unknown("it may only not have been computed")
-                    }
-                    (false, true) => Judgement::Wrong,
-                };
-                return checked;
+        ClaimedValue::Number { value, rough, .. } if value.is_infinite() => {
+            let none = |values: &[f64]| !values.iter().any(|t| t.is_finite());
+            let mut of_bodies = exact(claim.quantity, &encounter);
+            if claim.quantity == Quantity::Ttc {
+                of_bodies.extend(exact(Quantity::TtcLat, &encounter));
             }
-            let exact = exact_in(claim.quantity, subject, &participant, &encounter);
-            let shown = exact
-                .iter()
-                .copied()
-                .find(|t| fits(*t))
-                .or_else(|| exact.first().copied());
-            checked.truth = shown;
-            checked.is = match shown {
-                Some(truth) => worded(claim.quantity, truth, decimals, sizes),
+            let mut told = paper_relations(&encounter, written);
+            told.retain(|told| none(&of_paper(claim.quantity, told).collect::<Vec<_>>()));
+            checked.truth = of_bodies.first().copied();
+            checked.is = match checked.truth {
+                Some(truth) => format!("{truth:.1} {}", claim.quantity.unit()),
                 None => "none: never reached".into(),
             };
-            checked.judgement = if shown.is_some_and(fits) {
-                Judgement::Right
-            } else {
-                Judgement::Wrong
-            };
-            if checked.judgement == Judgement::Wrong {
-                let told = others(claim.quantity, &encounter, written);
-                if let Some((basis, truth)) = told.into_iter().find(|(_, truth)| fits(*truth)) {
-                    checked.basis = basis;
-                    checked.truth = Some(truth);
-                    checked.is = worded(claim.quantity, truth, decimals, sizes);
-                    checked.judgement = Judgement::Right;
-                }
-            }
-        }
-        ClaimedValue::Bounds { from, to, decimals } => {
-            let mut all: Vec<(ClaimBasis, f64)> =
-                { exact_in(claim.quantity, subject, &participant, &encounter).into_iter() }
-                    .map(|truth| (ClaimBasis::Exact, truth))
-                    .collect();
-            all.extend(others(claim.quantity, &encounter, written));
-            checked.truth = all.first().map(|one| one.1);
-            checked.is = checked.truth.map_or("none: never reached".into(), |truth| {
-                worded(claim.quantity, truth, decimals, true)
-            });
-            let judged = |truth: f64| bounded(truth.abs(), from, to, decimals);
-            checked.judgement = match all
-                .iter()
-                .find(|(_, truth)| judged(*truth) == Judgement::Right)
-            {
-                // The centres are always farther apart.
-                Some((ClaimBasis::Centres, _)) => Judgement::Unknown("true between the centres"),
-                Some((basis, truth)) => {
-                    checked.basis = *basis;
-                    checked.truth = Some(*truth);
+            checked.judgement = match (none(&of_bodies), told.is_empty()) {
+                (true, _) => Judgement::Right,
+                (false, false) => {
+                    checked.basis = ClaimBasis::Paper;
                     Judgement::Right
                 }
-                // What is never reached takes longer than any time.
-                None if all.is_empty() && to.is_none() => Judgement::Right,
-                None if all
-                    .iter()
-                    .any(|(_, truth)| judged(*truth) != Judgement::Wrong) =>
-                {
-                    Judgement::Unknown("at the bound within rounding")
-                }
-                None => Judgement::Wrong,
+                (false, true) if rough => Judgement::Unknown("it may only not have been computed"),
+                (false, true) => Judgement::Wrong,
             };
         }
         ClaimedValue::Side(side) => {
@@ -487,7 +445,11 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             checked.is = risk.to_string();
             checked.judgement = judgement;
         }
-        ClaimedValue::Change { .. } | ClaimedValue::Count { .. } => {}
+        ClaimedValue::Event(event) => measured::event(&mut checked, subject, event),
+        ClaimedValue::Number { .. }
+        | ClaimedValue::Bounds { .. }
+        | ClaimedValue::Change { .. }
+        | ClaimedValue::Count { .. } => {}
         ClaimedValue::Place(x, y, decimals) => {
             let place = encounter.other.pose.position;
             let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05) + 1e-9;
@@ -603,6 +565,7 @@ pub(super) const STANDING: f64 = 0.1;
 
 #[cfg(test)]
 mod tests {
+    use super::super::truth::worded;
     use super::*;
 
     #[test]

@@ -43,6 +43,8 @@ pub struct Clause {
     pub object: Option<i64>,
     /// Whether it names the ego other than as its subject.
     pub names_ego: bool,
+    /// Whether it says something more of someone: "301, which is braking".
+    pub is_aside: bool,
     /// Whether it is a label: what stands before a colon.
     pub is_label: bool,
     /// Whom the sentence was about before it, where that is one.
@@ -88,6 +90,13 @@ const OPENERS: [&str; 33] = [
     "whose",
 ];
 
+/// What something is done for, behind "to".
+const PURPOSES: &str = "avoid prevent let overtake pass match keep make give allow get see wait";
+
+/// Verbs whose "to" belongs to them: "needs to pass".
+const TAKES_TO: &str = "need needs needed want wants able going about ready have has had likely unlikely ought used due continue \
+        continues begin begins began start starts started manage manages managed";
+
 /// Words with which a clause supposes, guesses, plans or asks.
 const SUPPOSING: &str = "ready prepare prepared preparing if unless would could might may can should must potential potentially \
         possible possibly likely unlikely probably suppose imagine whether assuming assume assumed hypothetically \
@@ -120,7 +129,26 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
     let only = <[i64; 1]>::try_from(named).ok().map(|[id]| id);
     let mut it = current.or(only);
     let mut met: Option<i64> = None;
-    for (at, end_mark) in pieces(tokens, references) {
+    // Whom the sentence was about before a clause that says something more of someone: "305, which brakes, …".
+    let mut main: Option<Who> = None;
+    let all = pieces(tokens, references);
+    // "Braking at 3 m/s², the ego stops": of whom the next clause is about.
+    if let [(first, Some(",")), (next, _), ..] = all.as_slice()
+        && tokens[first.start].word.ends_with("ing")
+        && (VERBS.at(tokens, first.start).is_some() || tokens[first.start].is("having being"))
+        && !references
+            .iter()
+            .any(|r| first.contains(&r.at.start) && matches!(r.who, Named::Obstacle(_)))
+    {
+        let own: Vec<&Reference> = { references.iter() }
+            .filter(|r| next.contains(&r.at.start) && !r.is_compared)
+            .collect();
+        match subject(tokens, next, &own, None, None).0 {
+            Who::Unknown => {}
+            who => last = Some(who),
+        }
+    }
+    for (at, end_mark) in all {
         if end_mark == Some(":") {
             label = at.clone();
         }
@@ -128,11 +156,54 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
         if tokens[..at.start].last().is_some_and(|t| t.is(";")) {
             is_conditional = false;
         }
+        // "It hits us if we go on, whereas 8 is behind" has two halves.
+        if words.first().is_some_and(|t| t.is("whereas while but")) {
+            is_conditional = false;
+        }
         is_conditional |= words.iter().any(|t| t.is("if unless suppose imagine"));
         let own: Vec<&Reference> = { references.iter() }
             .filter(|r| at.contains(&r.at.start) && !r.is_compared)
             .collect();
-        let (mut who, object) = subject(tokens, &at, &own, last.as_ref(), it);
+        let begins_anew = at.start > 0
+            && (tokens[at.start - 1].is(", )") || tokens[at.start].is("is are was will has"));
+        if own.is_empty() && begins_anew && !is_relative(tokens, at.start + 1) {
+            last = main.take().or(last);
+        }
+        let owner = owner(tokens, references, at.start).and_then(|who| match who {
+            Named::Obstacle(id) => Some(Who::Obstacles(vec![id])),
+            Named::It => Some(it.map_or(Who::Unknown, |id| Who::Obstacles(vec![id]))),
+            Named::Ego => Some(Who::Ego),
+            Named::Nobody | Named::Other => Some(Who::Unknown),
+        });
+        let (mut who, object) = match owner {
+            Some(who) => {
+                main = main.or(last.clone());
+                let other = own.iter().find_map(|r| match r.who {
+                    Named::Obstacle(id) if who != Who::Obstacles(vec![id]) => Some(id),
+                    _ => None,
+                });
+                (who, other)
+            }
+            None => {
+                if !own.is_empty() {
+                    main = None;
+                }
+                subject(tokens, &at, &own, last.as_ref(), it)
+            }
+        };
+        // "I have not reacted yet, so the gap shrinks": that to whom it was about before.
+        const PAIRED: &str = "gap distance separation clearance ttc spacing";
+        let noun = words.iter().take(4).position(|t| t.is(PAIRED));
+        let is_paired = own.is_empty()
+            && who == Who::Ego
+            && noun.is_some_and(|noun| {
+                words[..noun]
+                    .iter()
+                    .all(|t| t.is("so and but the this that because since as while"))
+            });
+        if is_paired && let Some(id) = it {
+            who = Who::Obstacles(vec![id]);
+        }
         // "Faster (28 m/s) than the ego (24 m/s)".
         let is_bracket = at.start > 0 && tokens[at.start - 1].is("(");
         let compared = references
@@ -151,6 +222,7 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
         };
         met = object;
         let topic = it;
+        let is_aside = is_relative(tokens, at.start);
         let names_ego = own.iter().any(|r| r.who == Named::Ego) && who != Who::Ego;
         let mood = if is_conditional {
             Mood::Supposed
@@ -178,12 +250,59 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
             who,
             object,
             names_ego,
+            is_aside,
             is_label,
             topic,
             mood,
         });
     }
     found
+}
+
+/// Whether a word begins a relative clause.
+fn is_relative(tokens: &[Token], at: usize) -> bool {
+    tokens.get(at).is_some_and(|t| t.is("which who whose"))
+}
+
+/// Of whom a clause says more that begins at a token: "305, which brakes", "a car parked on the left".
+fn owner(tokens: &[Token], references: &[Reference], at: usize) -> Option<Named> {
+    let bare = tokens[..at]
+        .iter()
+        .rposition(|t| !t.is(", ) (") && !t.is_filler());
+    let end = bare? + 1;
+    let one = references.iter().find(|r| r.at.end == end)?;
+    let has_owner = is_relative(tokens, at)
+        || tokens[at].is("that") && end == at
+        || is_participle(tokens, references, at);
+    // "Whose trailer" is something else.
+    let is_its = !tokens[at].is("whose")
+        || tokens
+            .get(at + 1)
+            .is_some_and(|t| is_property(t) || t.is("driver rider"));
+    (has_owner && is_its).then_some(one.who)
+}
+
+/// Whether a participle behind a participant that is not what its clause is about begins at a token: "I pass a car parked there".
+fn is_participle(tokens: &[Token], references: &[Reference], at: usize) -> bool {
+    let token = &tokens[at];
+    let ends = token.word.ends_with("ing") || token.word.ends_with("ed");
+    if !ends
+        || !tokens[at].is_word()
+        || VERBS.at(tokens, at).is_none() && !token.is("waiting coming doing")
+    {
+        return false;
+    }
+    let bare = tokens[..at].iter().rposition(|t| !t.is_filler());
+    let Some(one) = bare.and_then(|last| references.iter().find(|r| r.at.end == last + 1)) else {
+        return false;
+    };
+    // Of "301 braking" it is the verb.
+    let from = tokens[..one.at.start].iter().rposition(|t| t.is(", ; : ("));
+    let from = from.map_or(0, |i| i + 1);
+    let has_verb = (from..one.at.start)
+        .any(|i| tokens[i].is("is are am have see there") || VERBS.at(tokens, i).is_some());
+    let is_thought = is_thought(tokens, references, (from, one.at.start));
+    one.who != Named::Ego && has_verb && !is_thought
 }
 
 /// The parts between marks and words that begin clauses, with the mark behind each.
@@ -252,13 +371,23 @@ fn pieces<'t>(
                     || is_ego
                     || axis(after)
                     || axis(before) && before.is_some_and(|b| b.is("longitudinal lateral"))
-                    || place(before) && side && !after.is_some_and(|a| a.is("a an"))
+                    || place(before)
+                        && side
+                        && !after.is_some_and(|a| a.is("a an is are was has"))
+                        && !references.iter().any(|r| begins(&r))
                     || at < depth_between;
                 !is_pair
             }
             // "A collision with 7" is one.
             "with" => {
-                const JOINED: [&str; 14] = [
+                const JOINED: [&str; 21] = [
+                    "sidesw",
+                    "sideswip",
+                    "up",
+                    "pace",
+                    "line",
+                    "align",
+                    "touch",
                     "collision",
                     "contact",
                     "crash",
@@ -280,6 +409,13 @@ fn pieces<'t>(
             "as" => {
                 after.is_some_and(|a| a.is("it the he she they we i"))
                     && !before.is_some_and(|b| b.is("as same well such near close"))
+                    && !(from.max(at.saturating_sub(3))..at).any(|i| tokens[i].is("same as"))
+            }
+            // What it is for: "I brake to let it pass".
+            "to" => {
+                at > from
+                    && after.is_some_and(|a| a.is(PURPOSES))
+                    && !before.is_some_and(|b| b.is(TAKES_TO))
             }
             "since" | "before" | "after" => {
                 after.is_some_and(|a| a.number.is_none())
@@ -287,7 +423,25 @@ fn pieces<'t>(
             }
             "yet" => !before.is_some_and(|b| b.is("not")),
             "so" => !before.is_some_and(|b| b.is("or not")),
-            word => OPENERS.contains(&word) || is_thought(tokens, references, (from, at)),
+            // "The pedestrian who came from the left is ahead".
+            "is" | "are" | "was" | "will" | "has" => {
+                let is_aside = tokens[from].is("who which") || tokens[from].is("that") && from > 0;
+                is_aside
+                    && at > from + 2
+                    && (from + 1..at).any(|i| {
+                        VERBS.at(tokens, i).is_some() || tokens[i].is("is are was has had")
+                    })
+                    && !before.is_some_and(|b| b.is("and or but not it he she that which who"))
+                    && !references
+                        .iter()
+                        .any(|r| r.at.end == at && r.at.start > from)
+            }
+            "until" => !after.is_some_and(|a| a.is("then now")),
+            word => {
+                OPENERS.contains(&word)
+                    || is_thought(tokens, references, (from, at))
+                    || is_participle(tokens, references, at)
+            }
         };
         if opens && at > from {
             found.push((from..at, None));
@@ -354,9 +508,10 @@ fn subject(
     {
         return (one(id), None);
     }
+    const OWN: &str = "speed velocity acceleration deceleration heading braking pace";
     let verb = at
         .clone()
-        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is("is are has am"));
+        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is("is are has am was were"));
     // "Closest obstacle, 3 m" in a field.
     if let [first] = own
         && first.is_nearest
@@ -397,12 +552,16 @@ fn subject(
         return (one(id), None);
     }
     // "We have a car on the left".
-    let has = tokens[at.clone()]
-        .iter()
-        .take(4)
-        .any(|t| t.is("have got see notice spot"));
+    let has = |second: &Reference| {
+        (at.start..at.start + 4).any(|i| {
+            tokens
+                .get(i)
+                .is_some_and(|t| t.is("have got see notice spot"))
+                && (i..i + 4).contains(&second.at.start)
+        })
+    };
     if let [first, second, ..] = own
-        && has
+        && has(second)
         && first.who == Named::Ego
         && let Named::Obstacle(id) = second.who
     {
@@ -426,6 +585,14 @@ fn subject(
                     && nominal.is_some_and(|r| tokens[r.at.start].is("it its itself"));
                 return (if is_ego { Who::Ego } else { Who::Unknown }, None);
             };
+            // "7 is the nearest vehicle ahead": one and the same.
+            if let [first, second] = own
+                && first.at.end < second.at.start
+                && verb.is_some_and(|verb| verb >= second.at.start)
+                && tokens[first.at.end].is("is was remains")
+            {
+                return (one(id), None);
+            }
             // "7, 8 and 9 are behind": of each.
             let listed: Vec<i64> = own
                 .iter()
@@ -455,10 +622,19 @@ fn subject(
                 && tokens[own[0].at.end..at.end]
                     .iter()
                     .take(4)
-                    .any(|t| t.is("speed velocity acceleration deceleration heading braking pace"))
+                    .any(|t| t.is(OWN))
                 && tokens[at.start..own[0].at.start].iter().all(|t| {
-                    !t.is_word() || t.is("the and but while with at so reflects simply only of")
+                    !t.is_word() || t.is("the and but while with at so reflects simply only of during throughout over whole entire window interval")
                 });
+            // "The speed of the ego".
+            let governor = (at.start..own.first().map_or(at.start, |r| r.at.start))
+                .rfind(|i| !tokens[*i].is("the"));
+            let is_of_ego = is_of_ego
+                || own[0].who == Named::Ego
+                    && governor.is_some_and(|i| {
+                        tokens[i].is("of") && i > at.start && tokens[i - 1].is(OWN)
+                    })
+                    && !tokens[at.clone()].iter().any(|t| t.is("relative"));
             match ids.as_slice() {
                 _ if is_of_ego => (Who::Ego, others(None)),
                 [] if has_others => (Who::Unknown, None),
@@ -479,7 +655,7 @@ fn subject(
                     (Who::Ego, Some(*id))
                 }
                 // "I brake and drop back behind 7".
-                [id] if !has_property && verb.is_some_and(|verb| verb <= at.start + 1) => {
+                [id] if !has_property && verb.is_some_and(|verb| leads(tokens, at.start..verb)) => {
                     match last {
                         Some(Who::Ego) => (Who::Ego, Some(*id)),
                         Some(Who::Obstacles(all)) if all.as_slice() != [*id] => {
@@ -489,10 +665,29 @@ fn subject(
                     }
                 }
                 [id] => (one(*id), None),
+                // "No contact with 7 or 8".
+                ids if are_listed(tokens, own) => (Who::Obstacles(ids.to_vec()), None),
                 _ => (Who::Unknown, None),
             }
         }
     }
+}
+
+/// Whether all that a clause names are one list: "with 7, 8 or 9".
+fn are_listed(tokens: &[Token], own: &[&Reference]) -> bool {
+    own.windows(2).all(|two| {
+        let between = &tokens[two[0].at.end..two[1].at.start];
+        !between.is_empty() && between.iter().all(|t| t.is("and or nor , with the to"))
+    })
+}
+
+/// Whether nothing but small words stands before a verb: "and did not touch".
+fn leads(tokens: &[Token], before: Range<usize>) -> bool {
+    const SMALL: &str = "and but so then yet or also not never did do does have has had just still already again now will";
+    tokens[before.clone()]
+        .iter()
+        .all(|t| t.is(SMALL) || t.is_filler())
+        || before.len() <= 1
 }
 
 /// Whether a clause begins with a noun of its own that is no property of a participant: "the road is wet".
@@ -527,6 +722,11 @@ fn mood(words: &[Token], who: &Who) -> Mood {
         t.is(SUPPOSING)
             && !(t.is("or") && is_bound)
             && !(t.is("may") && i == 0)
+            // "No contact with 7 or 8".
+            && !(t.is("or") && words[..i].iter().any(|t| t.is("no not never neither without")))
+            // "As hard as I can".
+            && !(t.is("can could possible possibly") && words[i.saturating_sub(2)..i].iter().any(|t| t.is("as")))
+            && !(t.is("until") && words.get(i + 1).is_some_and(|t| t.is("then now")))
             // "TTC is below the 1 s threshold" is said.
             && !(t.is("threshold limit") && words[..i].iter().any(|t| t.is("below above under over within than exceeds")))
     });
@@ -535,7 +735,9 @@ fn mood(words: &[Token], who: &Who) -> Mood {
         .is_some_and(|t| t.is("should had assume consider is are does do"))
         && words.len() > 3
         && !matches!(who, Who::Obstacles(_));
+    let is_purpose = words.len() > 1 && words[0].is("to") && words[1].is(PURPOSES);
     if supposes
+        || is_purpose
         || advises
         || pair("used", "to")
         || pair("in", "case")

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 
-use super::{CheckedClaim, ClaimedValue, Predicate, Quantity};
+use super::{CheckedClaim, Claim, ClaimedValue, Extent, Predicate, Quantity};
 
 /// The sentences that contradict another one, with the spans of those: of each sentence, by its place. The claims of two
 /// sentences contradict each other where they are of the same obstacle and time, and one excludes the other.
@@ -46,7 +46,13 @@ fn excludes(a: &CheckedClaim, b: &CheckedClaim) -> bool {
     let (one, other) = (&a.claim, &b.claim);
     let is_same =
         one.obstacle == other.obstacle && one.step == other.step && !one.is_past && !other.is_past;
-    if !is_same || one.quantity == Quantity::Plan || other.quantity == Quantity::Plan {
+    let is_now = |claim: &Claim| claim.extent == Extent::Moment && !claim.is_apart;
+    if !is_same
+        || !is_now(one)
+        || !is_now(other)
+        || one.quantity == Quantity::Plan
+        || other.quantity == Quantity::Plan
+    {
         return false;
     }
     match (one.stated, other.stated) {

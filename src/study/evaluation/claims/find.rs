@@ -3,20 +3,18 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use nearmiss_scene::scenario::Scene;
-
-use super::clauses::{Who, clauses};
+use super::clauses::{Clause, Who, clauses};
 use super::mentions::{Mention, begins_with, is_label, mentions};
 use super::number::{MentionedTime, Number, Unit, heading_time, name_units, numbers, times};
-use super::references::{Cast, references};
+use super::references::{Cast, Named, Reference, references};
 use super::sentence::Sentence;
-use super::tokens::{has_word, is_foreign, tokens};
-use super::{Claim, ClaimedValue};
+use super::tokens::{Token, has_word, is_foreign, tokens};
+use super::{Claim, ClaimedValue, Extent, Judgement, Quantity, Subject, check};
 
 /// Ids and time steps that a text can refer to.
 pub struct MentionContext<'a> {
-    /// The scene; without it nobody is found by a description.
-    pub scene: Option<&'a Scene>,
+    /// What the text is about; without it nobody is found by a description.
+    pub subject: Option<&'a Subject<'a>>,
     /// The step that is meant where none is named.
     pub present: i64,
     /// Whether a trajectory came with the text: what the ego is to do is held against it.
@@ -210,8 +208,64 @@ fn sentence(
 }
 
 /// The claims of a sentence, and whom its clauses are about.
+///
+/// Of whom a description means that fits several is one of whom all holds: "there is a car 20 m ahead" is so if there is one.
 fn read(
-    (lower, all, named, start): (&str, &[Number], &[Mention], usize),
+    words: (&str, &[Number], &[Mention], usize),
+    (times, when, current): (&[(usize, Option<i64>)], MentionedTime, &Who),
+    above: (&str, bool),
+    world: &MentionContext<'_>,
+) -> (Vec<Claim>, Vec<Who>) {
+    let (lower, all, named, _) = words;
+    let tokens = tokens(lower, all);
+    let cast = Cast {
+        scene: world.subject.map(|subject| subject.scene),
+        step: match when {
+            MentionedTime::Step(step) => step,
+            _ => world.present,
+        },
+    };
+    let references = references(&tokens, named, cast);
+    let of = |references: &[Reference]| {
+        let sentence = (tokens.as_slice(), references);
+        read_as(sentence, words, (times, when, current), above, world)
+    };
+    let found = of(&references);
+    let open = references.iter().position(|r| !r.candidates.is_empty());
+    let (Some(place), Some(subject)) = (open, world.subject) else {
+        return found;
+    };
+    let one = &references[place];
+    let fits = one.candidates.iter().take(CANDIDATES).find_map(|id| {
+        let mut as_one = references.clone();
+        as_one[place].who = Named::Obstacle(*id);
+        let (claims, who) = of(&as_one);
+        let own = claims.iter().filter(|claim| claim.obstacle == *id);
+        let own: Vec<&Claim> = own.collect();
+        let is_number = |claim: &&Claim| {
+            matches!(claim.stated, ClaimedValue::Number { .. })
+                && check((*claim).clone(), subject).judgement == Judgement::Right
+        };
+        // "The car" is a certain one: that all holds of it must be no chance.
+        let is_told = own.iter().any(|claim| !claim.is_described)
+            && (!one.is_definite || own.iter().any(is_number));
+        let judged = |claim: &&Claim| check((*claim).clone(), subject).judgement;
+        let is_so = own.iter().all(|claim| judged(claim) != Judgement::Wrong)
+            && own
+                .iter()
+                .any(|claim| !claim.is_described && judged(claim) == Judgement::Right);
+        (is_told && is_so).then_some((claims, who))
+    });
+    fits.unwrap_or(found)
+}
+
+/// Of a description that fits several so many are tried.
+const CANDIDATES: usize = 12;
+
+/// The claims of a sentence whose words mean these participants.
+fn read_as(
+    (tokens, references): (&[Token], &[Reference]),
+    (lower, all, _, start): (&str, &[Number], &[Mention], usize),
     (times, when, current): (&[(usize, Option<i64>)], MentionedTime, &Who),
     (above, asks_place): (&str, bool),
     world: &MentionContext<'_>,
@@ -220,13 +274,7 @@ fn read(
         MentionedTime::Step(step) => Some(step),
         _ => None,
     };
-    let tokens = tokens(lower, all);
-    let cast = Cast {
-        scene: world.scene,
-        step: step.unwrap_or(world.present),
-    };
-    let references = references(&tokens, named, cast);
-    let clauses = clauses(&tokens, &references, current);
+    let clauses = clauses(tokens, references, current);
     let who = clauses.iter().map(|clause| clause.who.clone()).collect();
     let taken: Vec<bool> = all
         .iter()
@@ -240,8 +288,8 @@ fn read(
         lower,
         numbers: all,
         taken: &taken,
-        tokens: &tokens,
-        references: &references,
+        tokens,
+        references,
         clauses: &clauses,
         ego: world.ego,
         start,
@@ -251,6 +299,23 @@ fn read(
         step,
     };
     let mut claims = sentence.claims();
+    // "301, which was 2 m away at 3 s, is braking": the time is that of the aside alone.
+    let is_in = |clause: &Clause, at: usize| {
+        let (first, last) = (&tokens[clause.at.start], &tokens[clause.at.end - 1]);
+        (first.span.start..last.span.end).contains(&at)
+    };
+    let of_time = |clause: &&Clause| {
+        clause.is_aside && { times.iter() }.all(|(place, _)| is_in(clause, all[*place].span.start))
+    };
+    if !times.is_empty()
+        && let Some(aside) = clauses.iter().find(of_time)
+    {
+        for claim in &mut claims {
+            if !is_in(aside, claim.span.start - start) {
+                claim.step = None;
+            }
+        }
+    }
     if when == MentionedTime::Unclear {
         // Of several times, each is that of its clause, or of the one before that names none.
         let timed: Vec<(usize, Option<i64>)> = { times.iter() }
@@ -261,8 +326,10 @@ fn read(
             .collect();
         let clause_of = |at: usize| ends.iter().position(|end| at < *end);
         claims.retain_mut(|claim| {
-            if matches!(claim.stated, ClaimedValue::Change { .. }) {
-                return true;
+            // Of the window, not of a step.
+            let is_wide = claim.extent != Extent::Moment || claim.quantity == Quantity::MinDistance;
+            if is_wide || matches!(claim.stated, ClaimedValue::Change { .. }) {
+                return claim.extent != Extent::All;
             }
             let own = clause_of(claim.span.start);
             let of = |clause: Option<usize>| {
@@ -576,8 +643,11 @@ impl Above {
             // Under the heading of another obstacle it is an aside.
             [_] if self.heading.is_some() => self.sentence = None,
             [id] => {
-                self.sentence = Some(*id);
-                self.open = false;
+                // "7 is behind 8. It brakes": which of both is not told.
+                let is_with = |m: &Mention| m.id.is_some_and(|other| other != *id) && !m.compared;
+                let is_open = fixed.is_none() && named.iter().any(is_with);
+                self.sentence = Some(*id).filter(|_| !is_open);
+                self.open = is_open;
             }
             _ => {
                 self.sentence = None;

@@ -7,7 +7,7 @@ use super::clauses::Clause;
 use super::number::{Number, Unit};
 use super::references::{Named, Reference};
 use super::tokens::{Lexicon, Token};
-use super::{Claim, ClaimedValue, Predicate, Quantity};
+use super::{Claim, ClaimedValue, Extent, Predicate, Quantity};
 
 /// How much is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,15 +47,12 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
         ("not =a single", Sentence),
         ("hardly any", Sentence),
         // Times and extremes that are not looked up.
-        ("=initial|=maximum|=max|=average|=mean|=peak", Numbers),
+        ("=initial|=average|=mean", Numbers),
         (
             "=safe|=desired|=required|=recommended|=legal distance|gap|speed|headway|ttc|limit",
             Numbers,
         ),
-        ("=throughout", Sentence),
-        ("since beginning|start", Clause),
-        ("always been|had", Clause),
-        ("=grew|=doubled|=halved|=tripled", Clause),
+        ("=doubled|=halved|=tripled", Clause),
         // Parts and multiples.
         ("half|=double|=twice|=triple of|the|as|that", Numbers),
         (
@@ -70,7 +67,7 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
             Clause,
         ),
         ("=leaving|=leaves|=leave me|us behind", Clause),
-        ("=tailgate|=tailgating|=reversing|=speeding", Clause),
+        ("=tailgate|=tailgating|=reversing", Clause),
         // Where it is hit.
         ("from behind|=front|=rear|=left|=right|=side", Contacts),
         (
@@ -131,7 +128,10 @@ impl Guarded<'_> {
     fn is_all_changed(&self) -> bool {
         let all = self.tokens.len();
         let says = GUARDS.all(self.tokens, 0..all);
-        if says.iter().any(|(reach, _)| *reach == Reach::Sentence) {
+        // "Nothing is wrong" denies no sentence.
+        let is_said =
+            |at: &Range<usize>| at.start > 0 && self.is(at.start - 1, "nothing something what");
+        if { says.iter() }.any(|(reach, at)| *reach == Reach::Sentence && !is_said(at)) {
             return true;
         }
         // "Were 7 braking", "in 0.8 s, 7 touches us".
@@ -227,15 +227,6 @@ impl Guarded<'_> {
         let turned = claim.quantity == Quantity::Side
             && (says("heading headed facing oriented pointing angled degrees")
                 || self.lower.contains('°'));
-        // "Brakes hard", "accelerates gently": how much words mean is not told.
-        let how_much =
-            matches!(
-                claim.stated,
-                ClaimedValue::Word {
-                    predicate: Predicate::Braking | Predicate::Accelerating,
-                    ..
-                }
-            ) && says("hard harshly heavily sharply abruptly gently mildly aggressively violently");
         // "Hits us at 7.5 m/s" is the speed then; "a stationary queue" is not whom the clause is about.
         let then = is_number
             && matches!(claim.quantity, Quantity::Speed | Quantity::ClosingSpeed)
@@ -244,6 +235,7 @@ impl Guarded<'_> {
             claim.is_of_ego && claim.quantity == Quantity::Speed && { clause.at.clone() }.any(
                 |i| {
                     self.is(i, "stationary standing stopped parked")
+                        && !self.is(i + 1, "still")
                         && i > 0
                         && self.is(i - 1, "a the some")
                 },
@@ -254,14 +246,13 @@ impl Guarded<'_> {
             || is_unknown
             || is_bare
             || ago
-            || span && is_number
+            || span && is_number && !matches!(claim.stated, ClaimedValue::Change { .. })
             || more
             || denied
             || noun
             || turned
-            || how_much
             || then
             || of_another
-            || smallest && !claim.named
+            || smallest && !claim.named && claim.extent == Extent::Moment
     }
 }

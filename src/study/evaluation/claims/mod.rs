@@ -14,6 +14,7 @@ mod find;
 mod guards;
 mod labelled;
 mod located;
+mod measured;
 mod mentions;
 mod number;
 mod phrases;
@@ -26,11 +27,13 @@ mod score;
 mod sentence;
 mod sentences;
 mod speech;
+mod speeds;
 mod stated;
 mod tokens;
 mod traces;
 mod truth;
 mod verbs;
+mod windowed;
 mod worded;
 
 use std::collections::BTreeSet;
@@ -94,6 +97,8 @@ pub enum Quantity {
     Side,
     /// That it touches the ego at a step.
     Contact,
+    /// When something of it happened.
+    Time,
     /// What it does: how its distance or its speed changes.
     Motion,
     /// Where it goes and in which lane it is.
@@ -139,6 +144,7 @@ impl Quantity {
             Self::Acceleration => "acceleration",
             Self::Side => "direction",
             Self::Contact => "contact",
+            Self::Time => "time",
             Self::Motion => "motion",
             Self::Way => "way",
             Self::Risk => "risk score",
@@ -164,6 +170,7 @@ impl Quantity {
             Self::AccelerationLong | Self::AccelerationLat | Self::Acceleration => "m/s²",
             Self::Side
             | Self::Contact
+            | Self::Time
             | Self::Motion
             | Self::Way
             | Self::Comparison
@@ -228,6 +235,8 @@ pub enum ClaimedValue {
     Side(Side),
     /// That the bodies touch.
     Contact,
+    /// That it happened at the step of the claim.
+    Event(Event),
     /// What is said in words.
     Word {
         /// What.
@@ -266,6 +275,41 @@ pub enum ClaimedValue {
     Quotient([(f64, u8); 3]),
 }
 
+/// What happens at a moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// The bodies touch for the first time.
+    Contact,
+    /// They are as close as never else in the window.
+    Closest,
+    /// One passes the other.
+    Passing,
+}
+
+impl std::fmt::Display for Event {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Contact => "first contact",
+            Self::Closest => "closest",
+            Self::Passing => "passing",
+        })
+    }
+}
+
+/// At which steps of the window a claim is to hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Extent {
+    /// At its step.
+    #[default]
+    Moment,
+    /// Its number is the least of the window.
+    Least,
+    /// Its number is the greatest of the window.
+    Most,
+    /// At all of them.
+    All,
+}
+
 /// What is said of an obstacle in words. An axis is that along (true) or across the ego's heading, where one is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Predicate {
@@ -277,8 +321,14 @@ pub enum Predicate {
     Braking,
     /// It gets faster.
     Accelerating,
+    /// It brakes (true) or accelerates hard.
+    Hard(bool),
+    /// It brakes (true) or accelerates a little.
+    Gentle(bool),
     /// It keeps its speed.
     Steady,
+    /// Its distance stays the same.
+    KeepsDistance(Option<bool>),
     /// Faster than the ego.
     FasterThanEgo,
     /// Slower than the ego.
@@ -332,15 +382,24 @@ pub enum Predicate {
 pub enum Counted {
     /// What is said in words.
     Word(Predicate),
+    /// Two such things.
+    Both(Predicate, Predicate),
     /// That the distance is at most so much, metres.
     Within(f64),
+    /// That it is there at all.
+    There,
+    /// That it is in the lane to the left (true) or right of the ego's, and not far.
+    Near(bool),
 }
 
 impl std::fmt::Display for Counted {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Word(predicate) => predicate.fmt(f),
+            Self::Both(one, other) => write!(f, "{one} and {other}"),
             Self::Within(metres) => write!(f, "within {metres} m"),
+            Self::There => f.write_str("there"),
+            Self::Near(left) => write!(f, "{}", Predicate::NeighbourLane(*left)),
         }
     }
 }
@@ -356,6 +415,8 @@ pub enum Dimension {
     Ttc,
     /// Risk score: the lower it is, the higher the risk.
     Risk,
+    /// How hard it brakes.
+    Braking,
 }
 
 /// A comparison of an obstacle with another one, or with all.
@@ -378,6 +439,9 @@ impl Predicate {
             | Self::Receding(_)
             | Self::Braking
             | Self::Accelerating
+            | Self::Hard(_)
+            | Self::Gentle(_)
+            | Self::KeepsDistance(_)
             | Self::Steady
             | Self::Moving
             | Self::Stops
@@ -416,6 +480,11 @@ impl std::fmt::Display for Predicate {
             Self::Receding(axis) => write!(f, "moving away{}", along(axis)),
             Self::Braking => f.write_str("braking"),
             Self::Accelerating => f.write_str("accelerating"),
+            Self::Hard(true) => f.write_str("braking hard"),
+            Self::Hard(false) => f.write_str("accelerating hard"),
+            Self::Gentle(true) => f.write_str("braking gently"),
+            Self::Gentle(false) => f.write_str("accelerating gently"),
+            Self::KeepsDistance(axis) => write!(f, "keeping its distance{}", along(axis)),
             Self::Steady => f.write_str("at constant speed"),
             Self::FasterThanEgo => f.write_str("faster than the ego"),
             Self::SlowerThanEgo => f.write_str("slower than the ego"),
@@ -439,6 +508,7 @@ impl std::fmt::Display for Predicate {
                     Dimension::Speed => "speed",
                     Dimension::Ttc => "TTC",
                     Dimension::Risk => "risk",
+                    Dimension::Braking => "braking",
                 };
                 match (than, is_more) {
                     (Some(id), true) => write!(f, "more {of} than {id}"),
@@ -481,6 +551,10 @@ pub struct Claim {
     pub stated: ClaimedValue,
     /// The time step that is named; `None` if none is.
     pub step: Option<i64>,
+    /// At which steps it is to hold.
+    pub extent: Extent,
+    /// Whether its clause may speak of another time than the sentences around it: then it contradicts none of them.
+    pub is_apart: bool,
 }
 
 /// What the times in an answer count from.
@@ -564,7 +638,7 @@ pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
     let all = &subject.scene.scenario.obstacles;
     let ids: BTreeSet<i64> = all.iter().map(|o| o.id).collect();
     let world = find::MentionContext {
-        scene: Some(subject.scene),
+        subject: Some(subject),
         present: subject.present(),
         has_trajectory: !subject.trajectory.is_empty(),
         ids: &ids,

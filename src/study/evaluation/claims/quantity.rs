@@ -10,7 +10,6 @@ use super::references::Named;
 use super::sentence::Sentence;
 use super::stated::BOUNDS;
 use super::tokens::{denies, has_word};
-use super::verbs::{Act, VERBS};
 
 /// Words for lengths other than a distance to the ego.
 pub(super) const OTHER_LENGTHS: &[&str] = &[
@@ -81,10 +80,19 @@ impl Sentence<'_> {
         let compared = ["lower", "higher", "more ", "less "];
         let is_bound = BOUNDS.iter().any(|(words, _)| said.contains(words));
         let last = place.checked_sub(1).map(|i| self.numbers[i].unit);
-        if self.counted(near, after, last == Some(number.unit))
+        // "Closing at 54 m/s → 2.8 s" and "brakes with 2 m/s² to 5 m/s" are no ranges.
+        let next = self.numbers.get(place + 1);
+        let is_other =
+            next.is_some_and(|next| next.unit != number.unit && number.unit != Unit::None);
+        let is_led = is_other
+            && (after.starts_with(['→', '⇒'])
+                || after.starts_with("->")
+                || after.starts_with("to "));
+        let further = if is_led { "" } else { after };
+        if self.counted(near, further, last == Some(number.unit))
             || denies(&said.replace("barely", "").replace("hardly", "")) && !is_bound
             || compared.iter().any(|word| after.starts_with(word))
-            || self.is_to_another(near)
+            || self.is_to_another(near, number.span.start)
         {
             return None;
         }
@@ -157,6 +165,14 @@ impl Sentence<'_> {
             {
                 Some((Ttc, false))
             }
+            // "Turns by 30°" is a difference.
+            Unit::Degree
+                if ["changes", "change", "changed", "turns", "turned", "differs"]
+                    .iter()
+                    .any(|word| has_word(near, word)) =>
+            {
+                None
+            }
             Unit::Degree
                 if has_word(&near_or_above, "heading") || has_word(near, "orientation") =>
             {
@@ -205,15 +221,55 @@ impl Sentence<'_> {
                     return Some((MinDistance, true));
                 }
                 if has_word(own, "by")
-                    && ["trails", "leads", "behind", "ahead", "separated", "apart"]
-                        .iter()
-                        .any(|word| has_word(own, word))
+                    && [
+                        "trails",
+                        "trailed",
+                        "led",
+                        "leads",
+                        "behind",
+                        "ahead",
+                        "separated",
+                        "apart",
+                    ]
+                    .iter()
+                    .any(|word| has_word(own, word))
                 {
                     return Some((Distance, true));
                 }
-                if ["avoided", "missed", "cleared", "misses", "clears"]
-                    .iter()
-                    .any(|word| has_word(own, word))
+                const PASSED: [&str; 22] = [
+                    "avoided",
+                    "missed",
+                    "cleared",
+                    "misses",
+                    "clears",
+                    "passed",
+                    "passes",
+                    "slipped past",
+                    "slips past",
+                    "went by",
+                    "goes by",
+                    "went past",
+                    "came within",
+                    "came to within",
+                    "come within",
+                    "come to within",
+                    "comes within",
+                    "got within",
+                    "gets within",
+                    "came no closer than",
+                    "came no nearer than",
+                    "came closer than",
+                ];
+                // "Passed with a clearance of 2 m", "passes with 2 m to spare".
+                let clears = after.starts_with("to spare")
+                    || after.starts_with("clearance")
+                    || has_word(near, "clearance");
+                let earlier = &self.lower[..number.span.start];
+                let is_passing = PASSED.iter().any(|word| has_word(own, word))
+                    || clears
+                        && axis.is_none()
+                        && PASSED.iter().any(|word| has_word(earlier, word));
+                if is_passing && !after.starts_with("later") && self.place_behind(number).is_none()
                 {
                     return Some((MinDistance, true));
                 }
@@ -241,7 +297,13 @@ impl Sentence<'_> {
                         true,
                     ));
                 }
-                if OTHER_LENGTHS.iter().any(|word| has_word(own, word))
+                // "In the lane at 54 m"; "the minimum lateral gap" is that of the window.
+                let is_length = |word: &&&str| match **word {
+                    "lane" => last.contains(&"lane"),
+                    "minimum" | "min" if axis.is_some() => false,
+                    word => has_word(own, word),
+                };
+                if OTHER_LENGTHS.iter().any(|word| is_length(&word))
                     || axis.is_none()
                         && ["mdc", "dce", "min"]
                             .iter()
@@ -270,6 +332,10 @@ impl Sentence<'_> {
                 .iter()
                 .any(|word| has_word(&near_or_above, word))
                     || after.starts_with("distance")
+                    || after.starts_with("to spare")
+                    || ["of clearance", "of room", "of space", "of distance"]
+                        .iter()
+                        .any(|words| after.starts_with(words))
                     || phrases::away_from_the_ego(after)
                     || [
                         "from us",
@@ -311,6 +377,7 @@ impl Sentence<'_> {
                     }
                     None if [
                         "closing",
+                        "meets",
                         "closes",
                         "approaching",
                         "approaches",
@@ -331,6 +398,8 @@ impl Sentence<'_> {
                     // "1.6 m/s faster than us", "faster by 0.5 m/s".
                     None if after.starts_with("faster")
                         || after.starts_with("slower")
+                        || after.starts_with("below its own")
+                        || after.starts_with("above its own")
                         || ["faster", "slower"].iter().any(|word| has_word(near, word)) =>
                     {
                         Some((VelocityLong, true))
@@ -382,7 +451,9 @@ impl Sentence<'_> {
                         let slower = near.contains("decelerat")
                             || near.contains("brak")
                             || near.contains("slow");
-                        let named = slower || near_or_above.contains("accelerat");
+                        let named = slower
+                            || near_or_above.contains("accelerat")
+                            || near.trim_end().ends_with("a =");
                         named.then_some((Acceleration, slower))
                     }
                     _ => None,
@@ -543,6 +614,17 @@ impl Sentence<'_> {
             "remains",
             "stays",
             "now",
+            "leaves",
+            "leaving",
+            "closed to",
+            "dropped to",
+            "fell to",
+            "fallen to",
+            "down to",
+            "shrunk to",
+            "shrank to",
+            "grown to",
+            "come to",
         ];
         let ends = |text: &str, words: &[&str]| words.iter().any(|word| ends_with_word(text, word));
         let first = after
@@ -622,111 +704,6 @@ impl Sentence<'_> {
             || ends(bare, &words) && (is_last || follows || first == "and" || first == "with")
     }
 
-    /// Whether seconds are those until the bodies touch: "will collide in 2 s", "impact within 1.5 s".
-    pub(super) fn is_until_contact(&self, near: &str) -> bool {
-        let words = [
-            "collision",
-            "contact",
-            "impact",
-            "hit",
-            "hits",
-            "collide",
-            "collides",
-            "reach",
-            "reaches",
-            "reached",
-        ];
-        let bare = near.trim_end_matches(['*', ' ', '~', '≈']);
-        let bare = [
-            "about",
-            "around",
-            "roughly",
-            "only",
-            "just",
-            "less than",
-            "under",
-            "approximately",
-        ]
-        .iter()
-        .find_map(|word| bare.strip_suffix(word))
-        .unwrap_or(bare)
-        .trim_end();
-        (ends_with_word(bare, "in") || ends_with_word(bare, "within"))
-            && words.iter().any(|word| has_word(bare, word))
-    }
-
-    /// Whether the verb before a speed says how a distance changes: "draws away at 5 m/s".
-    pub(super) fn is_of_distance(&self, number: &Number) -> bool {
-        let Some(clause) = self.clause(number.span.start) else {
-            return false;
-        };
-        let place = |at: usize| {
-            self.tokens
-                .iter()
-                .position(|t| t.span.start >= at)
-                .unwrap_or(clause.at.end)
-        };
-        let (from, to) = (place(self.begins(number).0), place(number.span.start));
-        let verbs = VERBS.all(self.tokens, from..to.max(from));
-        const OWN: [&str; 5] = ["walk", "rid", "run", "driv", "travel"];
-        let is_own =
-            |at: &std::ops::Range<usize>| OWN.contains(&self.tokens[at.start].stem.as_str());
-        verbs
-            .iter()
-            .any(|(act, at)| matches!(act, Act::Nears(_) | Act::Approaches) && !is_own(at))
-            && !verbs.iter().any(|(act, _)| *act == Act::Moves)
-    }
-
-    /// Whether a speed is that of whom its clause is about: "doing 50 km/h", "our speed is 8 m/s".
-    pub(super) fn is_own(&self, number: &Number) -> bool {
-        const SAYS: &str = "speed velocity pace moving moves driving drives doing going riding walking rolling running travelling \
-        traveling cruising";
-        let Some(clause) = self.clause(number.span.start) else {
-            return false;
-        };
-        let begin = self.begins(number).0;
-        let words = self.tokens.iter().filter(|t| t.span.start >= begin);
-        let before = words.take_while(|t| t.span.start < number.span.start);
-        let mut before = before.collect::<Vec<_>>();
-        before.truncate(12);
-        let is_relative = before
-            .iter()
-            .any(|t| t.is("relative closing limit than difference lateral longitudinal"));
-        let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
-        let is_compared = [
-            "faster",
-            "slower",
-            "more",
-            "less",
-            "relative",
-            "closing",
-            "difference",
-        ]
-        .iter()
-        .any(|word| after.starts_with(word));
-        // "At 24 m/s the lorry …": of whom is not told.
-        let first = self
-            .references
-            .iter()
-            .find(|r| clause.at.contains(&r.at.start));
-        let is_before =
-            first.is_some_and(|r| self.tokens[r.at.start].span.start > number.span.start);
-        if is_before && matches!(clause.who, Who::Obstacles(_)) {
-            return false;
-        }
-        let towards = before.iter().any(|t| t.is("toward towards"));
-        let walks = before
-            .iter()
-            .any(|t| ["walk", "rid", "run"].contains(&t.stem.as_str()));
-        let is_vague = matches!(clause.who, Who::Obstacles(_)) && towards && !walks;
-        let at =
-            "at with about of roughly around does do steady constant over only still is v = to";
-        let is_near = before.last().is_none_or(|t| {
-            t.is(at) || t.word.ends_with("ly") || t.number.is_some() || !t.is_word()
-        });
-        !is_relative && !is_compared && !is_vague && (is_near || before.iter().any(|t| t.is(SAYS)))
-    }
-
     pub(super) fn rough(&self, from: usize, to: usize) -> bool {
         let near = &self.lower[from..to];
         [
@@ -755,7 +732,7 @@ impl Sentence<'_> {
     }
 
     /// Whether a length is that to something else than the ego or the obstacle: "the distance to the kerb".
-    pub(super) fn is_to_another(&self, near: &str) -> bool {
+    pub(super) fn is_to_another(&self, near: &str, end: usize) -> bool {
         let Some((_, to)) = near
             .split_once("distance to ")
             .or_else(|| near.split_once("gap to "))
@@ -781,6 +758,12 @@ impl Sentence<'_> {
             "bus",
             "id",
         ];
-        !word.is_empty() && !known.contains(&word) && word.parse::<f64>().is_err()
+        let named = end - to.len();
+        let is_named = self.references.iter().any(|r| {
+            let first = &self.tokens[r.at.start].span;
+            let last = &self.tokens[r.at.end - 1].span;
+            first.start <= named && named < last.end
+        });
+        !word.is_empty() && !known.contains(&word) && word.parse::<f64>().is_err() && !is_named
     }
 }

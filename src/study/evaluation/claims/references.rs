@@ -44,6 +44,10 @@ pub struct Reference {
     pub says: Vec<(Described, Range<usize>)>,
     /// Whether it is described as the nearest.
     pub is_nearest: bool,
+    /// Whether it is one that is known: "the car", not "a car".
+    pub is_definite: bool,
+    /// Of a description that fits several, who they are, the nearest first.
+    pub candidates: Vec<i64>,
 }
 
 /// What a description says of whom it means.
@@ -95,7 +99,7 @@ static NOUNS: LazyLock<Lexicon<Noun>> = LazyLock::new(|| {
             of(Type::Motorcycle),
         ),
         ("train|tram", of(Type::Train)),
-        ("somebody|someone", of(Type::Pedestrian)),
+        ("somebody|someone|something", Any),
         ("one|breakdown", Any),
     ])
 });
@@ -133,7 +137,7 @@ static ADJECTIVES: LazyLock<Lexicon<Adjective>> = LazyLock::new(|| {
         ("=left", across(true)),
         ("=right", across(false)),
         (
-            "parked|=stopped|=standing|stationary|static|stalled",
+            "parked|=stopped|=standing|=waiting|stationary|static|stalled",
             Says(Stands),
         ),
         ("broken down", Says(Stands)),
@@ -155,7 +159,7 @@ static ADJECTIVES: LazyLock<Lexicon<Adjective>> = LazyLock::new(|| {
             Empty,
         ),
         (
-            "passenger|delivery|=merging|=turning|=approaching|=moving|=passing",
+            "=last|=first|passenger|delivery|=merging|=turning|=approaching|=moving|=passing",
             Empty,
         ),
         (
@@ -176,8 +180,7 @@ const OWNERS: &str = "my our your its his her their mine ours";
 
 /// Words before a noun that single it out, and those that make it several.
 const DETERMINERS: &str = "the a an this that such our my said";
-const SEVERAL: &str =
-    "all every each any some one several many few these those two three four five six multiple";
+const SEVERAL: &str = "all every each any some one several many few these those two three four five six seven eight nine ten eleven twelve multiple";
 
 /// Prepositions that make what follows no subject.
 const PREPOSITIONS: [&str; 37] = [
@@ -238,6 +241,8 @@ struct Description {
     is_in_lane: bool,
     says: Vec<Described>,
     is_nearest: bool,
+    /// Where it comes from.
+    origin: Option<Side>,
 }
 
 impl Cast<'_> {
@@ -248,14 +253,26 @@ impl Cast<'_> {
         Some(who.obstacle.kind)
     }
 
-    /// The only participant that fits, or where several are ahead or behind in the ego's lane, the nearest of them.
-    fn find(&self, asked: &Description) -> Option<i64> {
-        let scene = self.scene?;
+    /// The only participant that fits, or where several are ahead or behind in the ego's lane, the nearest of them; and all that fit,
+    /// the nearest first.
+    fn find(&self, asked: &Description) -> (Option<i64>, Vec<i64>) {
+        let Some(scene) = self.scene else {
+            return (None, Vec::new());
+        };
+        let is_parked = asked.says.contains(&Described::Stands);
         let fits_type = |kind: ObstacleType| match asked.noun {
-            Some(Noun::Of(one, other)) => kind == one || kind == other,
+            // A parked one is called what it is, too.
+            Some(Noun::Of(one, other)) => {
+                kind == one
+                    || kind == other
+                    || is_parked
+                        && kind == ObstacleType::ParkedVehicle
+                        && matches!(one, ObstacleType::Car | ObstacleType::Truck)
+            }
             _ => true,
         };
         let mut fitting: Vec<(i64, f64, bool)> = Vec::new();
+        let mut ahead: Vec<i64> = Vec::new();
         for who in scene.participants() {
             let Some(encounter) = Encounter::at(scene, &who, self.step) else {
                 continue;
@@ -271,6 +288,9 @@ impl Cast<'_> {
             let fits = fits_type(who.obstacle.kind)
                 && asked.side.is_none_or(|side| is_at_side(side, &encounter))
                 && asked
+                    .origin
+                    .is_none_or(|side| is_at_side(side, &encounter) || crosses(&encounter))
+                && asked
                     .lane
                     .is_none_or(|left| if left { is_left } else { is_right })
                 && (!asked.is_in_lane || in_lane)
@@ -281,6 +301,9 @@ impl Cast<'_> {
                     // Where no one is both, that is what is wrong.
                     _ => true,
                 });
+            if fits && encounter.relation().gap_long > 0.0 {
+                ahead.push(who.obstacle.id);
+            }
             if fits {
                 fitting.push((who.obstacle.id, encounter.distance(), in_lane));
             }
@@ -293,6 +316,7 @@ impl Cast<'_> {
         let along = asked
             .side
             .is_some_and(|side| side.front.is_some() && side.left.is_none());
+        fitting.sort_by(|a, b| a.1.total_cmp(&b.1));
         let in_lane: Vec<_> = fitting.iter().copied().filter(|one| one.2).collect();
         // Of several the one that is plainly nearer than the others.
         let plainly = |all: &[(i64, f64, bool)]| {
@@ -301,13 +325,18 @@ impl Cast<'_> {
             let is_plain = { all.iter() }.all(|one| one.0 == id || one.1 > 1.5 * own + 3.0);
             is_plain.then_some(id)
         };
-        match fitting.as_slice() {
+        let found = match fitting.as_slice() {
             [] => None,
             [one] => Some(one.0),
             all if asked.is_nearest => nearest(all),
             _ if along && !in_lane.is_empty() => nearest(&in_lane),
+            // "The car in my lane" is the one ahead.
+            all if asked.is_in_lane => { all.iter() }
+                .map(|one| one.0)
+                .find(|id| ahead.contains(id)),
             all => plainly(all),
-        }
+        };
+        (found, fitting.iter().map(|one| one.0).collect())
     }
 }
 
@@ -367,6 +396,8 @@ impl<'a> Reader<'a> {
                 is_compared: false,
                 says: Vec::new(),
                 is_nearest: false,
+                is_definite: true,
+                candidates: Vec::new(),
             })
         };
         let token = &self.tokens[at];
@@ -376,6 +407,10 @@ impl<'a> Reader<'a> {
             return Some(one);
         }
         let noun = "vehicle car agent driver truck";
+        // "I.e."
+        if token.is("i") && self.is(at + 1, "e") {
+            return None;
+        }
         if token.is(EGO) {
             // "Our lead car" is not ours.
             if token.is("my our your")
@@ -406,7 +441,12 @@ impl<'a> Reader<'a> {
         if token.is(OTHERS) {
             return plain(Named::Other, at + 1);
         }
-        if token.is("nobody none") {
+        let is_nothing = token.is("nothing")
+            && self.is(
+                at + 1,
+                "is are was remains drives in within behind ahead on",
+            );
+        if token.is("nobody none") || is_nothing {
             return plain(Named::Nobody, at + 1);
         }
         if token.is("no") && self.is(at + 1, "one body") {
@@ -420,7 +460,9 @@ impl<'a> Reader<'a> {
         let (mut at, mut asked) = (from, Description::default());
         let mut says: Vec<(Described, Range<usize>)> = Vec::new();
         let is_none = self.is(at, "no");
-        let is_several = self.is(at, SEVERAL);
+        let is_number = self.id(at).is_none() && { self.tokens.get(at) }
+            .is_some_and(|t| t.number.is_some() && t.word.bytes().all(|b| b.is_ascii_digit()));
+        let is_several = self.is(at, SEVERAL) || is_number;
         let is_this = self.is(at, "this that");
         let has_determiner = self.is(at, DETERMINERS);
         let is_indefinite = self.is(at, "a an");
@@ -463,6 +505,15 @@ impl<'a> Reader<'a> {
             at = end;
         }
         let (noun, mut end) = NOUNS.at(self.tokens, at)?;
+        // "On the left someone is near", "something like 15 m".
+        let is_like = self.is(at, "something") && self.is(at + 1, "like of");
+        if is_like || at > from && self.is(at, "somebody someone something") {
+            return None;
+        }
+        // "Lane 3 vehicle" counts nothing.
+        if is_number && !self.tokens[end - 1].word.ends_with('s') {
+            return None;
+        }
         // "One of them", "one second".
         if self.is(at, "one") && !has_determiner && says.is_empty() {
             return None;
@@ -483,6 +534,8 @@ impl<'a> Reader<'a> {
                 is_compared: false,
                 says,
                 is_nearest,
+                is_definite: has_determiner && !is_indefinite,
+                candidates: Vec::new(),
             })
         };
         // "Obstacle 7", "vehicle (id 7)", "car #7".
@@ -507,11 +560,11 @@ impl<'a> Reader<'a> {
         if is_none {
             return reference(Named::Nobody, end, Vec::new());
         }
-        if is_several || is_plural || is_another || is_extreme {
+        if is_several || is_plural || is_extreme || self.is_restricted(end) {
             return reference(Named::Other, end, Vec::new());
         }
         // Without an article only the beginning of a note: "Car ahead brakes", "oncoming bus".
-        let is_someone = self.is(from, "somebody someone");
+        let is_someone = self.is(from, "somebody someone something");
         if !has_determiner && from != 0 && says.is_empty() && !is_someone {
             return None;
         }
@@ -534,20 +587,56 @@ impl<'a> Reader<'a> {
             || asked.lane.is_some()
             || !asked.says.is_empty()
             || asked.is_nearest
+            || asked.origin.is_some()
             || matches!(noun, Noun::Of(..) if !is_same);
         let is_any = matches!(noun, Noun::Any | Noun::Of(ObstacleType::Car, _));
-        let who = if is_same || !is_described {
+        let is_new = is_indefinite || is_someone || is_another;
+        let mut candidates = Vec::new();
+        let who = if (is_same || !is_described) && !is_new {
             Named::It
         } else {
-            match self.cast.find(&asked) {
-                Some(id) => Named::Obstacle(id),
-                None if is_any && says.is_empty() && !is_indefinite && !asked.is_nearest => {
+            let (found, all) = self.cast.find(&asked);
+            match found {
+                Some(id) if !is_another && is_described => Named::Obstacle(id),
+                None if is_any
+                    && says.is_empty()
+                    && asked.origin.is_none()
+                    && !is_new
+                    && !asked.is_nearest =>
+                {
                     Named::It
                 }
-                None => Named::Other,
+                _ => {
+                    candidates = all;
+                    Named::Other
+                }
             }
         };
-        reference(who, stop, says)
+        let mut one = reference(who, stop, says)?;
+        one.candidates = candidates;
+        Some(one)
+    }
+
+    /// Whether what stands behind a noun makes it one that is not looked up: "the car behind 7", "the truck we overtook".
+    fn is_restricted(&self, end: usize) -> bool {
+        let stop = match PLACES.at(self.tokens, end) {
+            Some((_, stop)) => stop,
+            None if self.is(end, "near beside past between") => end + 1,
+            None => {
+                return self.is(end, "we i you")
+                    && self.is(end + 1, "just overtook passed met hit saw had have");
+            }
+        };
+        let at = stop
+            + usize::from(self.is(stop, "of"))
+            + usize::from(self.is(stop + usize::from(self.is(stop, "of")), "the"));
+        let Some(token) = self.tokens.get(at) else {
+            return false;
+        };
+        let is_number = token.number.is_some() && token.word.bytes().all(|b| b.is_ascii_digit());
+        is_number
+            || self.is(at, "it him her them")
+            || self.described(at).is_some() && !self.is(at, EGO)
     }
 
     /// What stands behind a noun and tells where it is: "ahead of us", "on the left", "in the right lane".
@@ -559,10 +648,60 @@ impl<'a> Reader<'a> {
     ) -> usize {
         let mut at = end;
         while self.tokens.get(at).is_some_and(|t| {
-            t.is("directly right just immediately currently now straight")
+            t.is("directly right just immediately currently now straight up out over further")
                 && !self.is(at + 1, "lane of")
         }) {
             at += 1;
+        }
+        // "A car 37 m behind": the length is for the clause to say.
+        let measured = (at..at + 3)
+            .take_while(|i| *i == at || self.is(i - 1, "about some just only roughly around"))
+            .find(|i| {
+                self.tokens
+                    .get(*i)
+                    .is_some_and(|t| t.number.is_some() && t.word.ends_with(['m', 's']))
+            });
+        if let Some(length) = measured {
+            if let Some((Placed::At(side), stop)) = PLACES.at(self.tokens, length + 1)
+                && asked.side.is_none()
+            {
+                asked.side = Some(side);
+                self.lane(stop, asked, &mut Vec::new());
+            }
+            return end;
+        }
+        // "From the right", "coming the other way": it is there, or was before.
+        let verb = at + usize::from(self.is(at, "coming approaching crossing arriving"));
+        if verb > at && self.is(verb, "towards toward at the") {
+            let is_oncoming =
+                self.is(verb, "towards toward at") || self.is(verb + 1, "other opposite");
+            if is_oncoming {
+                asked.says.push(Described::Is(Predicate::Oncoming));
+                let is_way = self.is(verb, "the");
+                if is_way {
+                    says.push((Described::Is(Predicate::Oncoming), at..verb + 3));
+                    return verb + 3;
+                }
+            }
+            return end;
+        }
+        if self.is(verb, "from") {
+            let place = (verb + 1..verb + 4).find(|i| self.is(*i, "left right ahead behind"));
+            // Who was in a lane before is looked for among all.
+            if place.is_some_and(|place| self.is(place + 1, "lane")) {
+                asked.origin = Some(Side {
+                    front: None,
+                    left: None,
+                });
+            } else if let Some(place) = place.filter(|place| !self.is(place + 1, "of")) {
+                asked.origin = Some(Side {
+                    front: self
+                        .is(place, "ahead behind")
+                        .then(|| self.is(place, "ahead")),
+                    left: self.is(place, "left right").then(|| self.is(place, "left")),
+                });
+            }
+            return end;
         }
         if self.is(at, "in on") {
             let side = (at + 1..at + 4).find(|i| self.is(*i, "left right"));

@@ -9,7 +9,7 @@ use super::references::{Named, Reference};
 use super::score;
 use super::speech::Speech;
 use super::tokens::{Token, denies, has_word};
-use super::{Claim, ClaimedValue, Predicate, Quantity};
+use super::{Claim, ClaimedValue, Extent, Predicate, Quantity};
 
 /// A sentence with its context.
 pub struct Sentence<'a> {
@@ -40,7 +40,7 @@ pub struct Sentence<'a> {
 }
 
 /// Words with which a sentence supposes, asks, quotes, or denies as a whole.
-const UNSAID: [&str; 29] = [
+const UNSAID: [&str; 28] = [
     "suppose",
     "imagine",
     "hypothetically",
@@ -51,7 +51,6 @@ const UNSAID: [&str; 29] = [
     "doubt",
     "statement",
     "myth",
-    "option",
     "previous answer",
     "question",
     "false that",
@@ -82,6 +81,9 @@ fn is_unsaid(lower: &str) -> bool {
         || lower
             .trim_start_matches(['*', ' ', '-', '"'])
             .starts_with("assume")
+        || lower
+            .trim_start_matches(['*', ' ', '-', '"'])
+            .starts_with("option")
 }
 
 impl Sentence<'_> {
@@ -159,6 +161,9 @@ impl Sentence<'_> {
         for (span, quantity, value) in score::written(self.lower, self.numbers) {
             self.said_of_one(span, quantity, value, &mut found);
         }
+        self.extend(&mut found);
+        let events = self.events(&found, &speech);
+        found.extend(events);
         if self.is_contradictory() {
             found.retain(|claim| claim.quantity != Quantity::Motion);
         }
@@ -315,6 +320,8 @@ impl Sentence<'_> {
             quantity,
             stated,
             step: self.step,
+            extent: Extent::Moment,
+            is_apart: false,
         }
     }
 }

@@ -191,57 +191,13 @@ pub(super) fn sentences_with(
         });
     }
     let all: Vec<(Range<usize>, &[CheckedClaim])> = { found.iter() }
-        .map(|one| {
-            let is_apart = is_of_another_time(&text[one.span.clone()]);
-            let claims = if is_apart { &[] } else { one.claims.as_slice() };
-            (one.span.clone(), claims)
-        })
+        .map(|one| (one.span.clone(), one.claims.as_slice()))
         .collect();
     let against = contradictions(&all);
     for (one, against) in found.iter_mut().zip(against) {
         one.contradicts = against;
     }
     found
-}
-
-/// Whether a sentence may be of another time or case than those around it, so that it contradicts none.
-fn is_of_another_time(text: &str) -> bool {
-    const WORDS: [&str; 22] = [
-        "then",
-        "later",
-        "after",
-        "until",
-        "first",
-        "next",
-        "soon",
-        "finally",
-        "before",
-        "version",
-        "case",
-        "scenario",
-        "centres",
-        "centers",
-        "centre",
-        "center",
-        "in",
-        "now",
-        "eventually",
-        "initially",
-        "earlier",
-        "once",
-    ];
-    let lower = text.to_lowercase();
-    WORDS.iter().any(|word| match *word {
-        // "In 0.3 s".
-        "in" => {
-            lower.trim_start_matches([' ', '-', '*']).starts_with("in ")
-                && lower
-                    .split_whitespace()
-                    .nth(1)
-                    .is_some_and(|next| next.starts_with(|c: char| c.is_ascii_digit()))
-        }
-        word => has_word(&lower, word),
-    })
 }
 
 /// Whether a number of a claim that does not hold is none of those that were told, as they were printed or rounded.

@@ -41,9 +41,7 @@ impl Speech<'_> {
         if self.is(clause.at.end, ":") && self.is(clause.at.end + 1, "false no not") {
             return found;
         }
-        if clause.mood != Mood::Supposed {
-            self.described(clause, &mut found);
-        }
+        self.described(clause, &mut found);
         if clause.mood != Mood::Supposed && !clause.is_label {
             self.places(clause, &mut found);
         }
@@ -191,7 +189,8 @@ impl Speech<'_> {
             let before = at.start.checked_sub(1).filter(|i| *i >= clause.at.start);
             let begins = before.and_then(|i| i.checked_sub(1)).is_some_and(|i| {
                 let stems = [
-                    "begin", "began", "start", "continu", "keep", "kept", "begun",
+                    "begin", "began", "start", "continu", "keep", "kept", "begun", "manag",
+                    "forced", "forc",
                 ];
                 self.is(i + 1, "to") && stems.contains(&self.tokens[i].stem.as_str())
             });
@@ -199,6 +198,15 @@ impl Speech<'_> {
                 && !self.is(at.start, "in on at same")
                 && !begins
             {
+                continue;
+            }
+            // "Onto the crossing" is a place; "we stop" is a verb, and "the stop" none.
+            let is_noun = self.is(at.start, "crossing")
+                && before.is_some_and(|i| self.is(i, "the a"))
+                || self.is(at.start, "stop")
+                    && at.len() == 1
+                    && !before.is_some_and(|i| self.is(i, "i we and they to not"));
+            if is_noun {
                 continue;
             }
             // "The brake", "its brake".
@@ -243,11 +251,33 @@ impl Speech<'_> {
                     }
                 }
                 Act::Own(predicate) => {
+                    let predicate = self.how_much(predicate, clause, &at, is_denied);
                     for of in Self::own(clause) {
                         self.push(found, clause, at.clone(), of, (predicate, is_denied));
                     }
                 }
+                Act::Never(predicate) if !is_denied => {
+                    for of in Self::own(clause) {
+                        self.push(found, clause, at.clone(), of, (predicate, true));
+                    }
+                }
+                Act::Drives(predicate, nears) if !is_denied => {
+                    let other = if nears {
+                        Predicate::Approaching(None)
+                    } else {
+                        Predicate::Receding(None)
+                    };
+                    for of in Self::own(clause) {
+                        self.push(found, clause, at.clone(), of, (predicate, false));
+                    }
+                    for id in &pair {
+                        self.push(found, clause, at.clone(), Some(*id), (other, false));
+                    }
+                }
                 Act::Note(_) if at.start != clause.at.start => {}
+                // "I am in the oncoming lane".
+                Act::Pair(Predicate::Oncoming | Predicate::NeighbourLane(_))
+                    if clause.who == Who::Ego => {}
                 Act::Pair(predicate) | Act::Note(predicate) => {
                     // "They are in the same lane": it and the ego.
                     let are_both = clause.who == Who::Unknown
@@ -289,8 +319,40 @@ impl Speech<'_> {
                         });
                     }
                 }
-                Act::Touches | Act::Contact | Act::Other => {}
+                Act::Never(_)
+                | Act::Drives(..)
+                | Act::Passes
+                | Act::Touches
+                | Act::Contact
+                | Act::Other => {}
             }
+        }
+    }
+
+    /// A change of speed with the words for how much of it: "brakes hard". Who does not stop may brake all the same.
+    fn how_much(
+        &self,
+        predicate: Predicate,
+        clause: &Clause,
+        at: &Range<usize>,
+        is_denied: bool,
+    ) -> Predicate {
+        const HARD: &str = "hard harshly heavily sharply abruptly aggressively violently strongly fiercely slams slamming slam";
+        const GENTLE: &str = "gently mildly softly lightly smoothly slightly";
+        let brakes = match predicate {
+            Predicate::Braking if is_denied && self.is(at.start, "stopping") => {
+                return Predicate::Stops;
+            }
+            Predicate::Braking => true,
+            Predicate::Accelerating => false,
+            _ => return predicate,
+        };
+        let near = at.start.saturating_sub(2).max(clause.at.start)..(at.end + 3).min(clause.at.end);
+        let says = |words: &str| near.clone().any(|i| self.is(i, words));
+        match () {
+            () if says(HARD) => Predicate::Hard(brakes),
+            () if says(GENTLE) => Predicate::Gentle(brakes),
+            () => predicate,
         }
     }
 
@@ -317,7 +379,10 @@ impl Speech<'_> {
         let named = |range: Range<usize>| {
             let words = self.tokens.get(range).unwrap_or_default();
             let long = words.iter().any(|t| t.stem.starts_with("longitudinal"));
-            let lat = words.iter().any(|t| t.word.starts_with("lateral"));
+            let side = words
+                .windows(2)
+                .any(|t| t[0].is("side") && t[1].is("gap clearance distance"));
+            let lat = side || words.iter().any(|t| t.word.starts_with("lateral"));
             match (long, lat) {
                 (true, true) => vec![Some(true), Some(false)],
                 (true, false) => vec![Some(true)],
@@ -421,10 +486,12 @@ impl Speech<'_> {
 
     /// What descriptions say: "the car ahead".
     pub(super) fn described(&self, clause: &Clause, found: &mut Vec<Said>) {
+        // "If the car on my left brakes": there is one.
+        let is_said = clause.mood != Mood::Supposed;
         let own = self
             .references
             .iter()
-            .filter(|r| clause.at.contains(&r.at.start));
+            .filter(|r| clause.at.contains(&r.at.start) && (is_said || r.is_definite));
         for reference in own {
             let id = match (reference.who, &clause.who) {
                 (Named::Obstacle(id), _) => id,

@@ -3,15 +3,16 @@
 use super::clauses::{Mood, Who};
 use super::find::ends_with_word;
 use super::number::{Number, Unit, axis, scale};
+use super::references::Reference;
 use super::sentence::Sentence;
-use super::tokens::{denies, has_word};
+use super::tokens::{denies, find_word, has_word};
 use super::{Claim, ClaimedValue, Quantity};
 
 /// Words in a clause that make its numbers no values of the scene.
 pub(super) const SUPPOSED: &str = "predicted probability forecast expected example average difference required requires recommended mean";
 
 /// Words before a number that make it a bound, and whether the value is above it; "" where it is no value at all.
-pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
+pub(super) const BOUNDS: [(&str, Option<bool>); 35] = [
     ("less than", Some(false)),
     ("lower than", Some(false)),
     ("smaller than", Some(false)),
@@ -21,7 +22,6 @@ pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
     ("no more than", Some(false)),
     ("not more than", Some(false)),
     ("at most", Some(false)),
-    ("up to", Some(false)),
     ("below", Some(false)),
     ("under", Some(false)),
     ("within", Some(false)),
@@ -40,6 +40,8 @@ pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
     ("above", Some(true)),
     ("over", Some(true)),
     ("exceeds", Some(true)),
+    ("exceeded", Some(true)),
+    ("exceed", Some(true)),
     ("exceeding", Some(true)),
     ("beyond", Some(true)),
     (">", Some(true)),
@@ -47,6 +49,9 @@ pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
     ("than", None),
     ("by", None),
 ];
+
+/// Verbs that lead to a value.
+const VALUES: [&str; 6] = ["is", "was", "are", "were", "reached", "amounts"];
 
 /// What a number is to the value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +79,25 @@ pub(super) fn near_ends_with_from(before: &str) -> bool {
     let bare = before.trim_end_matches(['*', ' ', '~', '≈']);
     let bare = bare.strip_suffix("about").unwrap_or(bare).trim_end();
     ends_with_word(bare, "from")
+}
+
+/// Whether words lead from one value to a later one of the same quantity: "and had grown to".
+fn goes_on(near: &str) -> bool {
+    const CHANGES: [&str; 12] = [
+        "grew",
+        "grown",
+        "dropped",
+        "drops",
+        "fell",
+        "fallen",
+        "shrank",
+        "shrunk",
+        "rose",
+        "risen",
+        "decreased",
+        "increased",
+    ];
+    ends_with_word(near.trim_end(), "to") && CHANGES.iter().any(|verb| has_word(near, verb))
 }
 
 /// Whether the last verb of words says that it gets faster (true) or slower.
@@ -111,6 +135,10 @@ impl Sentence<'_> {
         let is_past = match clause.mood {
             Mood::Said => false,
             Mood::Past => true,
+            // "Will collide in 2 s".
+            Mood::Future if number.unit == Unit::Second => false,
+            // "So I can keep my speed of 25 m/s".
+            Mood::Supposed if self.is_presupposed(place) => false,
             Mood::Future | Mood::Supposed => return Vec::new(),
         };
         let near = &self.lower[from..number.span.start];
@@ -128,10 +156,7 @@ impl Sentence<'_> {
         if near_ends_with_from(&self.lower[..number.span.start]) {
             return Vec::new();
         }
-        if words.iter().any(|t| t.is(SUPPOSED))
-            || number.unit == Unit::Acceleration
-                && words.iter().any(|t| t.is("peak peaked maximum max up"))
-        {
+        if words.iter().any(|t| t.is(SUPPOSED)) {
             return Vec::new();
         }
         let begin = self.tokens[clause.at.start]
@@ -146,15 +171,24 @@ impl Sentence<'_> {
             Some(found) => found,
             // "A TTC of 1.2 s is below 1 s": the same quantity again.
             None => match last {
-                Some((quantity, unit)) if unit == number.unit && bound != Bound::None => {
+                Some((quantity, unit))
+                    if unit == number.unit && (bound != Bound::None || goes_on(near)) =>
+                {
                     (quantity, true)
                 }
                 _ => return Vec::new(),
             },
         };
+        if clause.mood == Mood::Future && quantity != Quantity::Ttc {
+            return Vec::new();
+        }
         let of = match (&clause.who, quantity) {
             (Who::Ego, Quantity::Speed | Quantity::Acceleration | Quantity::Heading) => {
                 Some(self.ego)
+            }
+            // "I have two seconds before impact".
+            (Who::Ego, Quantity::Ttc | Quantity::ClosingSpeed) => {
+                Self::met(clause).or(clause.topic)
             }
             _ => Self::met(clause),
         };
@@ -217,6 +251,22 @@ impl Sentence<'_> {
         vec![one(quantity)]
     }
 
+    /// Whether a number stands behind a quantity that someone has whatever is supposed of it: "my speed of 25 m/s".
+    fn is_presupposed(&self, place: usize) -> bool {
+        let before = self.lower[..self.numbers[place].span.start].trim_end();
+        let before = ["about", "roughly", "some", "around"]
+            .iter()
+            .find_map(|word| before.strip_suffix(word))
+            .unwrap_or(before);
+        let words: Vec<&str> = before.split_whitespace().rev().take(4).collect();
+        let is_own = matches!(words.as_slice(), ["of", "speed" | "velocity" | "pace", rest @ ..]
+            if rest.iter().any(|word| ["my", "our", "its", "current", "present"].contains(word)));
+        is_own
+            && !["if", "unless"]
+                .iter()
+                .any(|word| has_word(self.lower, word))
+    }
+
     /// What the words before a number make of it; nothing where it is no value.
     pub(super) fn bound(&self, place: usize, near: &str) -> Option<Bound> {
         let number = &self.numbers[place];
@@ -224,9 +274,14 @@ impl Sentence<'_> {
         let own = near.rsplit([',', ')', ';']).next().unwrap_or(near);
         let own = own.replace("over time", "");
         let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
-        // "Between 3 and 5 m", "3 to 5 m", "3–5 m".
+        // "Between 3 and 5 m", "3 to 5 m", "3–5 m"; not "the gap to 301 to 5 m".
+        let is_id = |number: &Number| {
+            let named = |r: &Reference| self.tokens[r.at.end - 1].span.start == number.span.start;
+            self.references.iter().any(named)
+        };
         if let Some(first) = place.checked_sub(1).map(|i| &self.numbers[i])
             && matches!(first.unit, Unit::None)
+            && !is_id(first)
             && number.unit != Unit::None
         {
             let joint = self
@@ -265,14 +320,40 @@ impl Sentence<'_> {
         if words.iter().any(|word| NOT_NUMBERS.contains(word)) {
             return None;
         }
+        // "Came no nearer than 3 m": that is how near it came.
+        let is_nearest = ["no nearer than", "no closer than"]
+            .iter()
+            .any(|words| own.contains(words));
+        if is_nearest
+            && ["came", "come", "comes", "got", "gets"]
+                .iter()
+                .any(|word| has_word(&own, word))
+        {
+            return Some(Bound::None);
+        }
+        // "Slower than us by 3 m/s" is the difference.
+        let ends_by = ends_with_word(own.trim_end(), "by");
+        if ends_by && ["faster", "slower"].iter().any(|word| has_word(&own, word)) {
+            return Some(Bound::None);
+        }
         let is_symbol = |words: &str| !words.starts_with(char::is_alphabetic);
+        // "Over the whole window it is 3 m" is no bound.
+        let is_near = |words: &str| {
+            let rest = find_word(&own, words).map(|at| &own[at + words.len()..]);
+            rest.is_some_and(|rest| {
+                let has_digit = rest.contains(|c: char| c.is_ascii_digit());
+                !has_digit && !VALUES.iter().any(|verb| has_word(rest, verb))
+            })
+        };
         let word = BOUNDS.iter().find(|(words, _)| {
-            is_symbol(words) && own.contains(words) || !is_symbol(words) && has_word(&own, words)
+            is_symbol(words) && own.contains(words) || !is_symbol(words) && is_near(words)
         });
         let is_above = match word {
             Some(("by", None))
                 if [
                     "trails",
+                    "trailed",
+                    "led",
                     "leads",
                     "behind",
                     "ahead",
@@ -312,7 +393,17 @@ impl Sentence<'_> {
         } else {
             is_above
         };
-        Some(if is_above { Bound::Above } else { Bound::Below })
+        // "Just under 8 m".
+        let is_close = ["just", "slightly", "barely", "little"]
+            .iter()
+            .any(|word| has_word(&own, word));
+        let value = number.value.abs();
+        Some(match is_above {
+            true if is_close => Bound::Between(1.15 * value),
+            false if is_close => Bound::Between(0.85 * value),
+            true => Bound::Above,
+            false => Bound::Below,
+        })
     }
 
     /// Two numbers with their axes in the same order: "longitudinal & lateral distance: 12.57 m & -3.36 m", "12.57 m long, -3.36 m
@@ -402,7 +493,7 @@ impl Sentence<'_> {
                 _ => between,
             };
             let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~']);
-            let is_from = before.ends_with("from") && between == "to";
+            let is_from = before.ends_with("from") && ["to", "down to", "up to"].contains(&between);
             let is_arrow = ["→", "->"].contains(&between);
             let same = pair[0].unit == pair[1].unit || pair[0].unit == Unit::None;
             (is_from || is_arrow) && same

@@ -1,0 +1,126 @@
+//! Whether a speed is someone's own or that of a distance, and whether a time is that until a contact.
+
+use super::clauses::Who;
+use super::find::ends_with_word;
+use super::number::Number;
+use super::references::Named;
+use super::sentence::Sentence;
+use super::tokens::has_word;
+use super::verbs::{Act, VERBS};
+
+impl Sentence<'_> {
+    /// Whether seconds are those until the bodies touch: "will collide in 2 s", "impact within 1.5 s".
+    pub(super) fn is_until_contact(&self, near: &str) -> bool {
+        let words = [
+            "collision",
+            "contact",
+            "impact",
+            "hit",
+            "hits",
+            "collide",
+            "collides",
+            "reach",
+            "reaches",
+            "reached",
+            "arriving",
+            "arrives",
+            "touch",
+            "here",
+        ];
+        let bare = near.trim_end_matches(['*', ' ', '~', '≈']);
+        let bare = [
+            "about",
+            "around",
+            "roughly",
+            "only",
+            "just",
+            "less than",
+            "under",
+            "approximately",
+            "some",
+            "maybe",
+            "roughly another",
+        ]
+        .iter()
+        .find_map(|word| bare.strip_suffix(word))
+        .unwrap_or(bare)
+        .trim_end();
+        (ends_with_word(bare, "in") || ends_with_word(bare, "within"))
+            && words.iter().any(|word| has_word(bare, word))
+    }
+
+    /// Whether the verb before a speed says how a distance changes: "draws away at 5 m/s".
+    pub(super) fn is_of_distance(&self, number: &Number) -> bool {
+        let Some(clause) = self.clause(number.span.start) else {
+            return false;
+        };
+        let place = |at: usize| {
+            self.tokens
+                .iter()
+                .position(|t| t.span.start >= at)
+                .unwrap_or(clause.at.end)
+        };
+        let (from, to) = (place(self.begins(number).0), place(number.span.start));
+        let verbs = VERBS.all(self.tokens, from..to.max(from));
+        const OWN: [&str; 5] = ["walk", "rid", "run", "driv", "travel"];
+        let is_own =
+            |at: &std::ops::Range<usize>| OWN.contains(&self.tokens[at.start].stem.as_str());
+        verbs
+            .iter()
+            .any(|(act, at)| matches!(act, Act::Nears(_) | Act::Approaches) && !is_own(at))
+            && !verbs.iter().any(|(act, _)| *act == Act::Moves)
+    }
+
+    /// Whether a speed is that of whom its clause is about: "doing 50 km/h", "our speed is 8 m/s".
+    pub(super) fn is_own(&self, number: &Number) -> bool {
+        const SAYS: &str = "maintain maintains maintained maintaining reached reaches hold holds held keeps kept speed velocity pace moving moves driving drives doing going riding walking rolling running travelling \
+        traveling cruising";
+        let Some(clause) = self.clause(number.span.start) else {
+            return false;
+        };
+        let begin = self.begins(number).0;
+        let words = self.tokens.iter().filter(|t| t.span.start >= begin);
+        let before = words.take_while(|t| t.span.start < number.span.start);
+        let mut before = before.collect::<Vec<_>>();
+        before.truncate(12);
+        // "At no more than 2 m/s" compares with no one.
+        let is_bound = |i: usize| i > 0 && before[i - 1].is("more less greater lower higher");
+        let is_relative = before.iter().enumerate().any(|(i, t)| {
+            t.is("relative closing limit difference lateral longitudinal")
+                || t.is("than") && !is_bound(i)
+        });
+        let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
+        let is_compared = [
+            "faster",
+            "slower",
+            "more",
+            "less",
+            "relative",
+            "closing",
+            "difference",
+        ]
+        .iter()
+        .any(|word| after.starts_with(word));
+        // "At 24 m/s the lorry …": of whom is not told.
+        let first = self
+            .references
+            .iter()
+            .find(|r| clause.at.contains(&r.at.start) && r.who != Named::Ego);
+        let is_before =
+            first.is_some_and(|r| self.tokens[r.at.start].span.start > number.span.start);
+        if is_before && matches!(clause.who, Who::Obstacles(_)) {
+            return false;
+        }
+        let towards = before.iter().any(|t| t.is("toward towards"));
+        let walks = before
+            .iter()
+            .any(|t| ["walk", "rid", "run"].contains(&t.stem.as_str()));
+        let is_vague = matches!(clause.who, Who::Obstacles(_)) && towards && !walks;
+        let at =
+            "at with about of roughly around does do steady constant over only still is v = to";
+        let is_near = before.last().is_none_or(|t| {
+            t.is(at) || t.word.ends_with("ly") || t.number.is_some() || !t.is_word()
+        });
+        !is_relative && !is_compared && !is_vague && (is_near || before.iter().any(|t| t.is(SAYS)))
+    }
+}

@@ -1,0 +1,137 @@
+//! Prose of other styles than recorded answers: whom it is about, over which steps, and how much; each form true and false.
+
+use super::*;
+
+/// What a text about a bundled scenario comes to, as a whole and claim by claim.
+fn judged(name: &str, window: (i64, i64), text: &str) -> Vec<(Option<i64>, Judgement)> {
+    let all = bundled();
+    let entry = all.iter().find(|e| e.name.contains(name)).unwrap();
+    let scenario = entry.read().unwrap();
+    let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+    let scene = Scene::new(scenario, ego);
+    let subject = Subject::new(&scene, TimeOrigin::Recording, Some(window));
+    let claims = checked(text, &subject).into_iter();
+    let own = claims.filter(|one| !one.claim.is_described);
+    own.map(|one| {
+        (
+            Some(one.claim.obstacle).filter(|_| !one.claim.is_of_ego),
+            one.judgement,
+        )
+    })
+    .collect()
+}
+
+/// Holds pairs of a true and a false sentence: of the true one all is right, and in the false one something is wrong.
+fn hold(name: &str, window: (i64, i64), pairs: &[(&str, &str)]) {
+    for (good, bad) in pairs {
+        let found = judged(name, window, good);
+        let is_right = !found.is_empty() && found.iter().all(|one| one.1 == Judgement::Right);
+        assert!(is_right, "{good}: {found:?}");
+        let found = judged(name, window, bad);
+        let is_wrong = found.iter().any(|one| one.1 == Judgement::Wrong);
+        assert!(is_wrong, "{bad}: {found:?}");
+    }
+}
+
+#[test]
+fn a_whole_window_its_extremes_and_their_moments() {
+    hold(
+        "CutIn",
+        (34, 60),
+        &[
+            (
+                "Throughout the window, 307 stays behind me.",
+                "Throughout the window, 307 is ahead of me.",
+            ),
+            ("307 is never ahead of me.", "301 is never ahead of me."),
+            (
+                "The minimum distance to 301 was 0.36 m, reached at 5.1 s.",
+                "The minimum distance to 301 was 0.36 m, reached at 3.5 s.",
+            ),
+            (
+                "The peak deceleration of the ego was 7.2 m/s².",
+                "The peak deceleration of the ego was 3.1 m/s².",
+            ),
+            (
+                "During the whole window the ego's speed stayed above 15 m/s.",
+                "During the whole window the ego's speed stayed above 32 m/s.",
+            ),
+            (
+                "The distance to 307 never fell below 30 m.",
+                "The distance to 301 never fell below 9 m.",
+            ),
+        ],
+    );
+}
+
+#[test]
+fn asides_participles_and_lists_are_of_whom_they_stand_behind() {
+    hold(
+        "CutIn",
+        (34, 44),
+        &[
+            (
+                "I brake for 301, which is ahead of me, and 304, which is on my left.",
+                "I brake for 301, which is behind me, and 304, which is on my left.",
+            ),
+            (
+                "Braking at 6 m/s², the ego is 2.1 m behind 301.",
+                "Braking at 2 m/s², the ego is 2.1 m behind 301.",
+            ),
+            (
+                "There is a car 2.1 m ahead of us.",
+                "The lead car is 9.1 m ahead of us.",
+            ),
+            ("304 keeps its lane.", "301 keeps its lane."),
+            ("The ego brakes hard.", "The ego accelerates gently."),
+            ("302 is farther away than 301.", "307 is closer than 301."),
+            (
+                "Ten vehicles are around the ego.",
+                "Nine vehicles are around the ego.",
+            ),
+            ("Nothing is within 1 m.", "Nothing is within 10 m."),
+            ("Two vehicles are within 10 m.", "The left lane is free."),
+            (
+                "301 is slower than us by 5.1 m/s.",
+                "301 is slower than us by 9 m/s.",
+            ),
+            (
+                "301 is about two metres ahead.",
+                "301 is just under 20 m ahead.",
+            ),
+        ],
+    );
+    // Of whom these are is not told.
+    for text in [
+        "The vehicle behind 358 is 1.25 m away.",
+        "The car behind 301 is 2 m away.",
+        "301 is ahead of 307. It is braking.",
+    ] {
+        let of = judged("CutIn", (34, 44), text);
+        let is_open = of.iter().all(|one| matches!(one.1, Judgement::Unknown(_)));
+        assert!(is_open, "{text}: {of:?}");
+    }
+}
+
+#[test]
+fn times_to_contact_and_what_happened_when() {
+    hold(
+        "HardBraking",
+        (40, 50),
+        &[
+            ("Contact with 301 in 1.0 s.", "Contact with 301 in 5 s."),
+            (
+                "We will hit the car ahead in about a second.",
+                "We will hit the car ahead in about five seconds.",
+            ),
+            (
+                "Car 306 passed the ego at 4.7 s.",
+                "Car 306 passed the ego at 2.0 s.",
+            ),
+            (
+                "The gap to 301 shrank to 7.8 m while I drive at a steady 22.8 m/s.",
+                "The gap to 301 shrank to 3 m while I drive at a steady 22.8 m/s.",
+            ),
+        ],
+    );
+}
