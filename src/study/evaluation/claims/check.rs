@@ -241,6 +241,23 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     if claim.extent != Extent::Moment {
         return measured::over_window(&claim, subject);
     }
+    // What it did not do it did at no step.
+    let is_never = matches!(
+        claim.stated,
+        ClaimedValue::Word {
+            is_denied: true,
+            ..
+        }
+    );
+    if claim.is_past && claim.step.is_none() && is_never {
+        return measured::over_window(
+            &Claim {
+                extent: Extent::All,
+                ..claim
+            },
+            subject,
+        );
+    }
     if claim.is_past && claim.step.is_none() {
         return remembered(&claim, subject, step);
     }

@@ -136,9 +136,10 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
     if let [(first, Some(",")), (next, _), ..] = all.as_slice()
         && tokens[first.start].word.ends_with("ing")
         && (VERBS.at(tokens, first.start).is_some() || tokens[first.start].is("having being"))
-        && !references
-            .iter()
-            .any(|r| first.contains(&r.at.start) && matches!(r.who, Named::Obstacle(_)))
+        && !references.iter().any(|r| {
+            r.at.start == first.start
+                || first.contains(&r.at.start) && matches!(r.who, Named::Obstacle(_))
+        })
     {
         let own: Vec<&Reference> = { references.iter() }
             .filter(|r| next.contains(&r.at.start) && !r.is_compared)
@@ -222,6 +223,30 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
         };
         met = object;
         let topic = it;
+        // "The truck, which I have passed": that is whom I passed.
+        let object = match object {
+            None if who == Who::Ego && is_relative(tokens, at.start) => it,
+            object => object,
+        };
+        // "7 and 8 …, both behind": each of the two that were named.
+        if own.is_empty()
+            && tokens[at.start..at.end]
+                .iter()
+                .take(2)
+                .any(|t| t.is("both neither"))
+        {
+            let mut pair: Vec<i64> = { references.iter() }
+                .filter(|r| r.at.end <= at.start)
+                .filter_map(|r| match r.who {
+                    Named::Obstacle(id) => Some(id),
+                    _ => None,
+                })
+                .collect();
+            pair.dedup();
+            if pair.len() == 2 {
+                who = Who::Obstacles(pair);
+            }
+        }
         let is_aside = is_relative(tokens, at.start);
         let names_ego = own.iter().any(|r| r.who == Named::Ego) && who != Who::Ego;
         let mood = if is_conditional {
@@ -327,6 +352,7 @@ fn pieces<'t>(
         let has_unit = before.is_some_and(|b| b.word.contains(char::is_alphabetic));
         // "7, 8, and 9".
         let is_list = token.is(",")
+            && !has_unit
             && after.is_some_and(|a| a.is("and"))
             && before.is_some_and(|b| b.number.is_some())
             && tokens.get(at + 2).is_some_and(|t| t.number.is_some());
@@ -356,7 +382,8 @@ fn pieces<'t>(
                 let is_last = before.is_some_and(|b| b.is(","))
                     && after.is_some_and(|a| a.number.is_some())
                     && at > 1
-                    && tokens[at - 2].number.is_some();
+                    && tokens[at - 2].number.is_some()
+                    && !tokens[at - 2].word.contains(char::is_alphabetic);
                 // "Obstacle 7 and obstacle 8 are".
                 let ends = |r: &&Reference| r.at.end == at && matches!(r.who, Named::Obstacle(_));
                 let begins =

@@ -95,6 +95,10 @@ static COMPARATIVES: LazyLock<Lexicon<(Dimension, bool, bool)>> = LazyLock::new(
         ),
         ("smallest|shortest|lowest|minimum ttc", (Ttc, false, true)),
         (
+            "smallest|shortest|lowest|minimum time to|until collision|contact",
+            (Ttc, false, true),
+        ),
+        (
             "smallest|shortest|lowest distance|gap|clearance",
             (Distance, false, true),
         ),

@@ -3,13 +3,12 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::clauses::{Clause, Who, clauses};
+use super::clauses::Who;
 use super::mentions::{Mention, begins_with, is_label, mentions};
-use super::number::{MentionedTime, Number, Unit, heading_time, name_units, numbers, times};
-use super::references::{Cast, Named, Reference, references};
-use super::sentence::Sentence;
-use super::tokens::{Token, has_word, is_foreign, tokens};
-use super::{Claim, ClaimedValue, Extent, Judgement, Quantity, Subject, check};
+use super::number::{MentionedTime, Unit, heading_time, name_units, numbers, times};
+use super::reading::read;
+use super::tokens::{has_word, is_foreign};
+use super::{Claim, Subject};
 
 /// Ids and time steps that a text can refer to.
 pub struct MentionContext<'a> {
@@ -205,145 +204,6 @@ fn sentence(
     );
     found.extend(claims);
     above.follow(&who, &named);
-}
-
-/// The claims of a sentence, and whom its clauses are about.
-///
-/// Of whom a description means that fits several is one of whom all holds: "there is a car 20 m ahead" is so if there is one.
-fn read(
-    words: (&str, &[Number], &[Mention], usize),
-    (times, when, current): (&[(usize, Option<i64>)], MentionedTime, &Who),
-    above: (&str, bool),
-    world: &MentionContext<'_>,
-) -> (Vec<Claim>, Vec<Who>) {
-    let (lower, all, named, _) = words;
-    let tokens = tokens(lower, all);
-    let cast = Cast {
-        scene: world.subject.map(|subject| subject.scene),
-        step: match when {
-            MentionedTime::Step(step) => step,
-            _ => world.present,
-        },
-    };
-    let references = references(&tokens, named, cast);
-    let of = |references: &[Reference]| {
-        let sentence = (tokens.as_slice(), references);
-        read_as(sentence, words, (times, when, current), above, world)
-    };
-    let found = of(&references);
-    let open = references.iter().position(|r| !r.candidates.is_empty());
-    let (Some(place), Some(subject)) = (open, world.subject) else {
-        return found;
-    };
-    let one = &references[place];
-    let fits = one.candidates.iter().take(CANDIDATES).find_map(|id| {
-        let mut as_one = references.clone();
-        as_one[place].who = Named::Obstacle(*id);
-        let (claims, who) = of(&as_one);
-        let own = claims.iter().filter(|claim| claim.obstacle == *id);
-        let own: Vec<&Claim> = own.collect();
-        let is_number = |claim: &&Claim| {
-            matches!(claim.stated, ClaimedValue::Number { .. })
-                && check((*claim).clone(), subject).judgement == Judgement::Right
-        };
-        // "The car" is a certain one: that all holds of it must be no chance.
-        let is_told = own.iter().any(|claim| !claim.is_described)
-            && (!one.is_definite || own.iter().any(is_number));
-        let judged = |claim: &&Claim| check((*claim).clone(), subject).judgement;
-        let is_so = own.iter().all(|claim| judged(claim) != Judgement::Wrong)
-            && own
-                .iter()
-                .any(|claim| !claim.is_described && judged(claim) == Judgement::Right);
-        (is_told && is_so).then_some((claims, who))
-    });
-    fits.unwrap_or(found)
-}
-
-/// Of a description that fits several so many are tried.
-const CANDIDATES: usize = 12;
-
-/// The claims of a sentence whose words mean these participants.
-fn read_as(
-    (tokens, references): (&[Token], &[Reference]),
-    (lower, all, _, start): (&str, &[Number], &[Mention], usize),
-    (times, when, current): (&[(usize, Option<i64>)], MentionedTime, &Who),
-    (above, asks_place): (&str, bool),
-    world: &MentionContext<'_>,
-) -> (Vec<Claim>, Vec<Who>) {
-    let step = match when {
-        MentionedTime::Step(step) => Some(step),
-        _ => None,
-    };
-    let clauses = clauses(tokens, references, current);
-    let who = clauses.iter().map(|clause| clause.who.clone()).collect();
-    let taken: Vec<bool> = all
-        .iter()
-        .enumerate()
-        .map(|(i, n)| {
-            times.iter().any(|(place, _)| *place == i)
-                || (n.unit == Unit::None && n.as_integer().is_some())
-        })
-        .collect();
-    let sentence = Sentence {
-        lower,
-        numbers: all,
-        taken: &taken,
-        tokens,
-        references,
-        clauses: &clauses,
-        ego: world.ego,
-        start,
-        above,
-        asks_place,
-        has_trajectory: world.has_trajectory,
-        step,
-    };
-    let mut claims = sentence.claims();
-    // "301, which was 2 m away at 3 s, is braking": the time is that of the aside alone.
-    let is_in = |clause: &Clause, at: usize| {
-        let (first, last) = (&tokens[clause.at.start], &tokens[clause.at.end - 1]);
-        (first.span.start..last.span.end).contains(&at)
-    };
-    let of_time = |clause: &&Clause| {
-        clause.is_aside && { times.iter() }.all(|(place, _)| is_in(clause, all[*place].span.start))
-    };
-    if !times.is_empty()
-        && let Some(aside) = clauses.iter().find(of_time)
-    {
-        for claim in &mut claims {
-            if !is_in(aside, claim.span.start - start) {
-                claim.step = None;
-            }
-        }
-    }
-    if when == MentionedTime::Unclear {
-        // Of several times, each is that of its clause, or of the one before that names none.
-        let timed: Vec<(usize, Option<i64>)> = { times.iter() }
-            .map(|(place, step)| (all[*place].span.start, *step))
-            .collect();
-        let ends: Vec<usize> = { clauses.iter() }
-            .filter_map(|clause| Some(start + tokens.get(clause.at.end - 1)?.span.end))
-            .collect();
-        let clause_of = |at: usize| ends.iter().position(|end| at < *end);
-        claims.retain_mut(|claim| {
-            // Of the window, not of a step.
-            let is_wide = claim.extent != Extent::Moment || claim.quantity == Quantity::MinDistance;
-            if is_wide || matches!(claim.stated, ClaimedValue::Change { .. }) {
-                return claim.extent != Extent::All;
-            }
-            let own = clause_of(claim.span.start);
-            let of = |clause: Option<usize>| {
-                let mut all = timed
-                    .iter()
-                    .filter(|(at, _)| clause_of(start + at) == clause);
-                let first = all.next()?;
-                all.all(|other| other.1 == first.1).then_some(first.1)?
-            };
-            claim.step = of(own).or_else(|| of(own.map(|clause| clause + 1)));
-            claim.step.is_some()
-        });
-    }
-    (claims, who)
 }
 
 /// The level of a heading: 1 for `#`, more for deeper ones; lines in bold are the deepest, a boundary is above all.

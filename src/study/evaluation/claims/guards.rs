@@ -67,7 +67,7 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
             Clause,
         ),
         ("=leaving|=leaves|=leave me|us behind", Clause),
-        ("=tailgate|=tailgating|=reversing", Clause),
+        ("=reversing", Clause),
         // Where it is hit.
         ("from behind|=front|=rear|=left|=right|=side", Contacts),
         (
@@ -139,13 +139,12 @@ impl Guarded<'_> {
             && self.number(1).is_some_and(|n| n.unit == Unit::Second)
             && self.is(2, ", the vehicle obstacle car it we i ego");
         let opens = self.is(0, "were provided whenever assuming example");
-        // "Nobody but 7", "only 7", "7 alone", "the only one".
+        // "Nobody but 7", "just 7", "7 alone".
         let excepts = (0..all).any(|i| {
             let next = self.names(i + 1) && !self.is(i + 1, "it we i");
             let denies = (i.saturating_sub(4)..i)
                 .any(|k| self.is(k, "no none nobody every all any each everyone"));
             self.is(i, "but") && next && denies
-                || self.is(i, "only") && (i > 0 && self.is(i - 1, "the") || next)
                 || self.is(i, "just") && i == 0 && next
                 || self.is(i, "alone")
         });

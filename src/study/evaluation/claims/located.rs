@@ -262,11 +262,16 @@ impl Speech<'_> {
             && at
                 .clone()
                 .all(|i| self.reference_at(i).is_some() || self.is(i, "and ,"));
-        let Some((act, end)) = VERBS
-            .at(&self.tokens[..label.end], label.start)
-            .filter(|_| is_list)
-        else {
+        let is_denied = self.is(label.start, "not");
+        let first = label.start + usize::from(is_denied);
+        let found_act = VERBS.at(&self.tokens[..label.end], first);
+        let Some((act, end)) = found_act.filter(|_| is_list) else {
             return;
+        };
+        let act = match act {
+            Act::Moves if is_denied => Act::Stands,
+            _ if is_denied => return,
+            act => act,
         };
         if end != label.end {
             return;

@@ -3,6 +3,7 @@
 //! Only unambiguous claims are extracted: an obstacle, a measure that is named or clear from the unit, and a value with
 //! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
+mod cast;
 mod check;
 mod clauses;
 mod compared;
@@ -13,6 +14,7 @@ mod excuses;
 mod find;
 mod guards;
 mod labelled;
+mod lengths;
 mod located;
 mod measured;
 mod mentions;
@@ -21,6 +23,7 @@ mod phrases;
 mod places;
 mod plans;
 mod quantity;
+mod reading;
 mod record;
 mod references;
 mod score;

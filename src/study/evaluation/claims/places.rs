@@ -17,10 +17,11 @@ pub enum Placed {
 }
 
 /// Words along the ego's heading, and whether they stand only in fields.
-const ALONG: [(&str, bool, bool); 11] = [
+const ALONG: [(&str, bool, bool); 12] = [
     ("in front", true, false),
     ("=ahead", true, false),
     ("up front", true, false),
+    ("far back", false, false),
     ("further up ?down road", true, false),
     ("at|to|towards front", true, false),
     ("=behind", false, false),

@@ -3,15 +3,13 @@
 use std::ops::Range;
 use std::sync::LazyLock;
 
-use nearmiss_scene::metrics::Encounter;
-use nearmiss_scene::scenario::{LaneRelation, ObstacleType, Scene};
+use nearmiss_scene::scenario::ObstacleType;
 
+use super::cast::{Cast, Description};
 use super::mentions::Mention;
 use super::places::{PLACES, Placed};
 use super::tokens::{Lexicon, Token};
-use super::truth::{crosses, is_at_side, opposes, stands};
 use super::verbs::{Act, VERBS};
-use super::worded::lane_of;
 use super::{Predicate, Side};
 
 /// Who is meant.
@@ -63,7 +61,7 @@ pub enum Described {
 
 /// What nouns call a participant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Noun {
+pub(super) enum Noun {
     /// Any obstacle.
     Any,
     /// One of two types.
@@ -222,123 +220,6 @@ const PREPOSITIONS: [&str; 37] = [
     "via",
     "among",
 ];
-
-/// The participants of a scene at a step, for descriptions.
-#[derive(Clone, Copy)]
-pub struct Cast<'a> {
-    /// The scene; nothing is found by description without it.
-    pub scene: Option<&'a Scene>,
-    /// The step.
-    pub step: i64,
-}
-
-/// What a description asks for.
-#[derive(Default)]
-struct Description {
-    noun: Option<Noun>,
-    side: Option<Side>,
-    lane: Option<bool>,
-    is_in_lane: bool,
-    says: Vec<Described>,
-    is_nearest: bool,
-    /// Where it comes from.
-    origin: Option<Side>,
-}
-
-impl Cast<'_> {
-    /// What kind an obstacle is.
-    fn kind(&self, id: i64) -> Option<ObstacleType> {
-        let mut all = self.scene?.participants();
-        let who = all.find(|who| who.obstacle.id == id)?;
-        Some(who.obstacle.kind)
-    }
-
-    /// The only participant that fits, or where several are ahead or behind in the ego's lane, the nearest of them; and all that fit,
-    /// the nearest first.
-    fn find(&self, asked: &Description) -> (Option<i64>, Vec<i64>) {
-        let Some(scene) = self.scene else {
-            return (None, Vec::new());
-        };
-        let is_parked = asked.says.contains(&Described::Stands);
-        let fits_type = |kind: ObstacleType| match asked.noun {
-            // A parked one is called what it is, too.
-            Some(Noun::Of(one, other)) => {
-                kind == one
-                    || kind == other
-                    || is_parked
-                        && kind == ObstacleType::ParkedVehicle
-                        && matches!(one, ObstacleType::Car | ObstacleType::Truck)
-            }
-            _ => true,
-        };
-        let mut fitting: Vec<(i64, f64, bool)> = Vec::new();
-        let mut ahead: Vec<i64> = Vec::new();
-        for who in scene.participants() {
-            let Some(encounter) = Encounter::at(scene, &who, self.step) else {
-                continue;
-            };
-            let lane = lane_of(scene, &encounter);
-            let in_lane = match lane {
-                Some(LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind) => true,
-                None => encounter.relation().gap_lat == 0.0,
-                Some(_) => false,
-            };
-            let is_left = matches!(lane, Some(LaneRelation::Left | LaneRelation::FurtherLeft));
-            let is_right = matches!(lane, Some(LaneRelation::Right | LaneRelation::FurtherRight));
-            let fits = fits_type(who.obstacle.kind)
-                && asked.side.is_none_or(|side| is_at_side(side, &encounter))
-                && asked
-                    .origin
-                    .is_none_or(|side| is_at_side(side, &encounter) || crosses(&encounter))
-                && asked
-                    .lane
-                    .is_none_or(|left| if left { is_left } else { is_right })
-                && (!asked.is_in_lane || in_lane)
-                && asked.says.iter().all(|said| match said {
-                    Described::Stands => stands(encounter.other),
-                    Described::Is(Predicate::Oncoming) => opposes(&encounter),
-                    Described::Is(Predicate::Crossing) => crosses(&encounter),
-                    // Where no one is both, that is what is wrong.
-                    _ => true,
-                });
-            if fits && encounter.relation().gap_long > 0.0 {
-                ahead.push(who.obstacle.id);
-            }
-            if fits {
-                fitting.push((who.obstacle.id, encounter.distance(), in_lane));
-            }
-        }
-        let nearest = |all: &[(i64, f64, bool)]| {
-            { all.iter() }
-                .min_by(|a, b| a.1.total_cmp(&b.1))
-                .map(|one| one.0)
-        };
-        let along = asked
-            .side
-            .is_some_and(|side| side.front.is_some() && side.left.is_none());
-        fitting.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let in_lane: Vec<_> = fitting.iter().copied().filter(|one| one.2).collect();
-        // Of several the one that is plainly nearer than the others.
-        let plainly = |all: &[(i64, f64, bool)]| {
-            let id = nearest(all)?;
-            let own = { all.iter() }.find(|one| one.0 == id)?.1;
-            let is_plain = { all.iter() }.all(|one| one.0 == id || one.1 > 1.5 * own + 3.0);
-            is_plain.then_some(id)
-        };
-        let found = match fitting.as_slice() {
-            [] => None,
-            [one] => Some(one.0),
-            all if asked.is_nearest => nearest(all),
-            _ if along && !in_lane.is_empty() => nearest(&in_lane),
-            // "The car in my lane" is the one ahead.
-            all if asked.is_in_lane => { all.iter() }
-                .map(|one| one.0)
-                .find(|id| ahead.contains(id)),
-            all => plainly(all),
-        };
-        (found, fitting.iter().map(|one| one.0).collect())
-    }
-}
 
 /// The references of a sentence; `ids` are those that [`super::mentions::mentions`] has found in it.
 pub fn references(tokens: &[Token], ids: &[Mention], cast: Cast<'_>) -> Vec<Reference> {
@@ -504,7 +385,14 @@ impl<'a> Reader<'a> {
             }
             at = end;
         }
-        let (noun, mut end) = NOUNS.at(self.tokens, at)?;
+        let (mut noun, mut end) = NOUNS.at(self.tokens, at)?;
+        // "The pedestrian on the right and the one on the left".
+        if self.is(at, "one")
+            && let Some((called, _)) = NOUNS.all(self.tokens, 0..from).pop()
+            && matches!(called, Noun::Of(..))
+        {
+            noun = called;
+        }
         // "On the left someone is near", "something like 15 m".
         let is_like = self.is(at, "something") && self.is(at + 1, "like of");
         if is_like || at > from && self.is(at, "somebody someone something") {
@@ -538,6 +426,14 @@ impl<'a> Reader<'a> {
                 candidates: Vec::new(),
             })
         };
+        if let Noun::Leader | Noun::Follower = noun {
+            let side = Side {
+                front: Some(noun == Noun::Leader),
+                left: None,
+            };
+            asked.side = Some(side);
+            says.push((Described::At(side), at..end));
+        }
         // "Obstacle 7", "vehicle (id 7)", "car #7".
         let id_at = (end..end + 3)
             .take_while(|i| *i == end || self.is(i - 1, "id ( number no : ids"))
@@ -565,6 +461,18 @@ impl<'a> Reader<'a> {
         }
         // Without an article only the beginning of a note: "Car ahead brakes", "oncoming bus".
         let is_someone = self.is(from, "somebody someone something");
+        // "Leader in my lane": what a note says of whom it is about.
+        let is_noted = from == 0 || self.is(from - 1, ", : ; (");
+        if !has_determiner
+            && is_noted
+            && let Noun::Leader | Noun::Follower = noun
+        {
+            let side = Side {
+                front: Some(noun == Noun::Leader),
+                left: None,
+            };
+            return reference(Named::It, end, vec![(Described::At(side), at..end)]);
+        }
         if !has_determiner && from != 0 && says.is_empty() && !is_someone {
             return None;
         }
@@ -572,14 +480,6 @@ impl<'a> Reader<'a> {
         if !has_determiner && matches!(noun, Noun::Any) && asked.side.is_none() && !is_someone {
             let stop = self.behind(end, &mut asked, &mut says);
             return reference(Named::It, stop, says);
-        }
-        if let Noun::Leader | Noun::Follower = noun {
-            let side = Side {
-                front: Some(noun == Noun::Leader),
-                left: None,
-            };
-            asked.side = Some(side);
-            says.push((Described::At(side), at..end));
         }
         let stop = self.behind(end, &mut asked, &mut says);
         is_same &= stop == end;
@@ -590,18 +490,33 @@ impl<'a> Reader<'a> {
             || asked.origin.is_some()
             || matches!(noun, Noun::Of(..) if !is_same);
         let is_any = matches!(noun, Noun::Any | Noun::Of(ObstacleType::Car, _));
+        // "The car that just cut in" is one of all.
+        let is_only = (from..at).any(|i| self.is(i, "only"));
+        let is_told = self.is(stop, "that who") && !self.is(stop + 1, "the") && !is_only;
         let is_new = is_indefinite || is_someone || is_another;
         let mut candidates = Vec::new();
-        let who = if (is_same || !is_described) && !is_new {
+        // "That bus" where there is only one.
+        let only = match noun {
+            Noun::Of(one, _) if is_this && one != ObstacleType::Car => {
+                <[i64; 1]>::try_from(self.cast.find(&asked).1).ok()
+            }
+            _ => None,
+        };
+        let who = if let Some([id]) = only {
+            Named::Obstacle(id)
+        } else if (is_same || !is_described) && !is_new && !is_told {
             Named::It
         } else {
             let (found, all) = self.cast.find(&asked);
             match found {
-                Some(id) if !is_another && is_described => Named::Obstacle(id),
+                Some(id) if !is_another && is_described && (!is_told || all.len() == 1) => {
+                    Named::Obstacle(id)
+                }
                 None if is_any
                     && says.is_empty()
                     && asked.origin.is_none()
                     && !is_new
+                    && !is_told
                     && !asked.is_nearest =>
                 {
                     Named::It

@@ -161,6 +161,8 @@ impl Sentence<'_> {
         for (span, quantity, value) in score::written(self.lower, self.numbers) {
             self.said_of_one(span, quantity, value, &mut found);
         }
+        let same = self.so_am_i(&found);
+        found.extend(same);
         self.extend(&mut found);
         let events = self.events(&found, &speech);
         found.extend(events);
@@ -180,6 +182,45 @@ impl Sentence<'_> {
         found.sort_by_key(|claim| claim.span.start);
         found.dedup_by(|a, b| a == b);
         found
+    }
+
+    /// What is said of the ego by "and so am I": the same as of whom the clauses before are about.
+    fn so_am_i(&self, claims: &[Claim]) -> Vec<Claim> {
+        let is = |at: usize, words: &str| self.tokens.get(at).is_some_and(|t| t.is(words));
+        let so = (0..self.tokens.len()).find(|i| {
+            is(*i, "so")
+                && is(i + 1, "am do are does is")
+                && (is(i + 2, "i we ego") || is(i + 3, "ego"))
+        });
+        let Some(so) = so else { return Vec::new() };
+        let own = claims.iter().filter(|claim| {
+            let is_before = claim.span.end <= self.start + self.tokens[so].span.start;
+            let is_own = claim.quantity == Quantity::Motion
+                && matches!(
+                    claim.stated,
+                    ClaimedValue::Word {
+                        predicate: Predicate::Braking
+                            | Predicate::Accelerating
+                            | Predicate::Hard(_)
+                            | Predicate::Gentle(_)
+                            | Predicate::Steady
+                            | Predicate::Turning(_),
+                        ..
+                    }
+                );
+            is_before && is_own && !claim.is_of_ego
+        });
+        let span =
+            self.tokens[so].span.start..self.tokens[(so + 2).min(self.tokens.len() - 1)].span.end;
+        own.map(|claim| {
+            self.claim(
+                span.clone(),
+                (self.ego, claim.is_past),
+                claim.quantity,
+                claim.stated,
+            )
+        })
+        .collect()
     }
 
     /// What the ego is said to do is held against the trajectory, not against the recording.

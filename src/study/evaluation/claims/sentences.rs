@@ -286,6 +286,21 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
     let number = numbers.iter().any(|number| {
         number.unit != Unit::None && !is_time(lower, number) && !covers(&number.span)
     });
+    // "Only 301 is ahead", "the only one ahead": of the others it is not read.
+    let is_alone = lower.match_indices("only ").any(|(at, only)| {
+        let next = lower[at + only.len()..]
+            .split(|c: char| !c.is_alphanumeric())
+            .next()
+            .unwrap_or_default();
+        const LENGTHS: [&str; 14] = [
+            "about", "just", "half", "a", "some", "roughly", "around", "at", "by", "with", "in",
+            "slightly", "now", "slowly",
+        ];
+        let is_value = numbers
+            .iter()
+            .any(|n| n.unit != Unit::None && n.span.start == at + only.len());
+        !is_value && !LENGTHS.contains(&next)
+    });
     let unread = ["ft", "feet", "hundred", "thousand", "mm", "ms"];
     let unread = unread
         .iter()
@@ -311,7 +326,7 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
                 && !is_of_number(clause, at, word)
         }) && !is_comment(clause, has_claim)
     });
-    number || unread || clause
+    number || unread || is_alone || clause
 }
 
 /// The clauses of a sentence with the places where they begin.

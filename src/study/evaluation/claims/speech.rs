@@ -194,7 +194,16 @@ impl Speech<'_> {
                 ];
                 self.is(i + 1, "to") && stems.contains(&self.tokens[i].stem.as_str())
             });
+            // "Reacts by braking".
+            let is_means = before.is_some_and(|i| self.is(i, "by"))
+                && clause.at.clone().any(|i| {
+                    self.is(
+                        i,
+                        "reacted reacts react reacting responded responds respond responding",
+                    )
+                });
             if before.is_some_and(|i| self.is(i, "of from for by avoid to"))
+                && !is_means
                 && !self.is(at.start, "in on at same")
                 && !begins
             {
@@ -275,6 +284,8 @@ impl Speech<'_> {
                     }
                 }
                 Act::Note(_) if at.start != clause.at.start => {}
+                // "301 (left lane)"; "left lane free" is of a lane.
+                Act::Note(Predicate::NeighbourLane(_)) if at != clause.at => {}
                 // "I am in the oncoming lane".
                 Act::Pair(Predicate::Oncoming | Predicate::NeighbourLane(_))
                     if clause.who == Who::Ego => {}
@@ -288,6 +299,13 @@ impl Speech<'_> {
                     } else {
                         pair
                     };
+                    // "I drop back behind 7": seen from there 7 goes ahead.
+                    let predicate = match predicate {
+                        Predicate::Signed(long, more) if clause.who == Who::Ego => {
+                            Predicate::Signed(long, !more)
+                        }
+                        predicate => predicate,
+                    };
                     for id in pair {
                         self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
                     }
@@ -299,7 +317,7 @@ impl Speech<'_> {
                         Who::Obstacles(ids)
                             if clause.object.is_none()
                                 && (clause.names_ego
-                                    || self.is(at.end, "at closely behind close")) =>
+                                    || self.is(at.end, "at by closely behind close")) =>
                         {
                             ids.first().map(|id| (*id, false))
                         }

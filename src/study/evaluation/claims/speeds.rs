@@ -1,5 +1,6 @@
 //! Whether a speed is someone's own or that of a distance, and whether a time is that until a contact.
 
+use super::Predicate;
 use super::clauses::Who;
 use super::find::ends_with_word;
 use super::number::Number;
@@ -65,10 +66,12 @@ impl Sentence<'_> {
         const OWN: [&str; 5] = ["walk", "rid", "run", "driv", "travel"];
         let is_own =
             |at: &std::ops::Range<usize>| OWN.contains(&self.tokens[at.start].stem.as_str());
-        verbs
-            .iter()
-            .any(|(act, at)| matches!(act, Act::Nears(_) | Act::Approaches) && !is_own(at))
-            && !verbs.iter().any(|(act, _)| *act == Act::Moves)
+        verbs.iter().any(|(act, at)| {
+            matches!(
+                act,
+                Act::Nears(_) | Act::Approaches | Act::Pair(Predicate::Signed(..))
+            ) && !is_own(at)
+        }) && !verbs.iter().any(|(act, _)| *act == Act::Moves)
     }
 
     /// Whether a speed is that of whom its clause is about: "doing 50 km/h", "our speed is 8 m/s".

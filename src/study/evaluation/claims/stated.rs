@@ -97,7 +97,22 @@ fn goes_on(near: &str) -> bool {
         "decreased",
         "increased",
     ];
-    ends_with_word(near.trim_end(), "to") && CHANGES.iter().any(|verb| has_word(near, verb))
+    // "Reached its lowest value, 0.3 s".
+    has_word(near, "value")
+        || ends_with_word(near.trim_end(), "to") && CHANGES.iter().any(|verb| has_word(near, verb))
+}
+
+/// Whether words around a difference of speeds say that it is faster (true) or slower.
+fn faster(near: &str, after: &str) -> Option<bool> {
+    let says = |word: &str| after.starts_with(word) || has_word(near, word);
+    match (
+        says("faster"),
+        says("slower") || after.starts_with("below its own"),
+    ) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    }
 }
 
 /// Whether the last verb of words says that it gets faster (true) or slower.
@@ -194,10 +209,18 @@ impl Sentence<'_> {
         };
         let Some(of) = of else { return Vec::new() };
         // "Accelerates with 2 m/s²" is no braking, and "brakes with 2 m/s²" is.
-        let verb = if quantity == Quantity::Acceleration {
-            change_of_speed(near)
-        } else {
-            None
+        let verb = match quantity {
+            Quantity::Acceleration => change_of_speed(near),
+            Quantity::VelocityLong => {
+                let is_mirrored = clause.who == Who::Ego;
+                faster(near, after).map(|faster| faster != is_mirrored)
+            }
+            // "2 m to the right" is negative.
+            Quantity::GapLat => self
+                .side_behind(number)
+                .and_then(|side| side.left)
+                .map(|left| left != (clause.who == Who::Ego)),
+            _ => None,
         };
         let value = match bound {
             Bound::None => ClaimedValue::Number {
@@ -317,7 +340,10 @@ impl Sentence<'_> {
         }
         const NOT_NUMBERS: [&str; 7] = ["until", "every", "per", "past", "last", "next", "changes"];
         let words: Vec<&str> = own.split_whitespace().rev().take(3).collect();
-        if words.iter().any(|word| NOT_NUMBERS.contains(word)) {
+        // "Slipped past within 2 m".
+        let is_time = number.unit == Unit::Second;
+        let spans = |word: &str| NOT_NUMBERS.contains(&word) && (is_time || word != "past");
+        if words.iter().any(|word| spans(word)) {
             return None;
         }
         // "Came no nearer than 3 m": that is how near it came.
@@ -337,16 +363,22 @@ impl Sentence<'_> {
             return Some(Bound::None);
         }
         let is_symbol = |words: &str| !words.starts_with(char::is_alphabetic);
-        // "Over the whole window it is 3 m" is no bound.
-        let is_near = |words: &str| {
-            let rest = find_word(&own, words).map(|at| &own[at + words.len()..]);
-            rest.is_some_and(|rest| {
-                let has_digit = rest.contains(|c: char| c.is_ascii_digit());
-                !has_digit && !VALUES.iter().any(|verb| has_word(rest, verb))
-            })
+        // "Over the whole window it is 3 m" and "> 301 drives at 3 m/s" are no bounds.
+        let is_near = |rest: &str| {
+            let has_digit = rest.contains(|c: char| c.is_ascii_digit());
+            !has_digit && !VALUES.iter().any(|verb| has_word(rest, verb))
         };
         let word = BOUNDS.iter().find(|(words, _)| {
-            is_symbol(words) && own.contains(words) || !is_symbol(words) && is_near(words)
+            let at = if is_symbol(words) {
+                own.rfind(words)
+            } else {
+                find_word(&own, words)
+            };
+            let rest = at.map(|at| &own[at + words.len()..]);
+            // "By braking at 5 m/s²" is no difference.
+            rest.is_some_and(|rest| {
+                is_near(rest) && (*words != "by" || rest.split_whitespace().count() <= 1)
+            })
         });
         let is_above = match word {
             Some(("by", None))
@@ -474,7 +506,7 @@ impl Sentence<'_> {
         let has = |words: &[&str]| words.iter().any(|word| before.contains(word));
         let grows = has(&["increas", "grow", "grew", "accelerat", "rose"]);
         let shrinks = has(&["decreas", "shr", "reduc", "slow", "brak", "fell", "drop"]);
-        let (from, to) = (from.value.abs(), to.value.abs());
+        let (from, to) = (from.value.abs() * self.scale_of([from, to]), to.value.abs());
         grows && !shrinks && to < from || shrinks && !grows && to > from
     }
 
@@ -494,10 +526,23 @@ impl Sentence<'_> {
             };
             let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~']);
             let is_from = before.ends_with("from") && ["to", "down to", "up to"].contains(&between);
+            // "From 10 m at 4 s to 7 m at 5 s".
+            let is_from = is_from
+                || before.ends_with("from")
+                    && between.starts_with("at ")
+                    && between.ends_with(" to");
             let is_arrow = ["→", "->"].contains(&between);
             let same = pair[0].unit == pair[1].unit || pair[0].unit == Unit::None;
             (is_from || is_arrow) && same
         })
+    }
+
+    /// How many of the unit of the claim the first number is in: as of km/h, the unit behind the second.
+    fn scale_of(&self, pair: [&Number; 2]) -> f64 {
+        match pair[0].unit {
+            Unit::None => scale(&self.lower[pair[1].span.clone()]),
+            _ => 1.0,
+        }
     }
 
     /// From one number to another: "the gap decreased from 9 m to 7.8 m".
@@ -544,14 +589,8 @@ impl Sentence<'_> {
         if matches!(clause.mood, Mood::Supposed | Mood::Future) {
             return None;
         }
-        // As of km/h, the unit behind the second number.
-        let scale = if pair[0].unit == Unit::None {
-            scale(&self.lower[pair[1].span.clone()])
-        } else {
-            1.0
-        };
         let stated = ClaimedValue::Change {
-            from: pair[0].value * scale,
+            from: pair[0].value * self.scale_of(pair),
             to: pair[1].value,
             decimals: pair[0].decimals.min(pair[1].decimals),
         };

@@ -94,7 +94,7 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             "move|drive|pull|drift|head|goes|travel|walk|get|run|ride|roll|draw|creep|edge|slide|slip ?further|farther away|off",
             Nears(false),
         ),
-        ("fall|drop back", Nears(false)),
+        ("fall|drop back|behind", Pair(P::Signed(true, false))),
         (
             "increase|widen|grow|open|lengthen ?up distance|gap|separation|spacing",
             Nears(false),
@@ -183,6 +183,7 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Own(P::ChangesLane),
         ),
         ("=merging|=merges|=merged in|into", Own(P::ChangesLane)),
+        ("=coming|=comes|=came over ?into|to", Own(P::ChangesLane)),
         ("lane change", Own(P::ChangesLane)),
         ("cut ?in|across|off ?on|of ?ego|us|me", Pair(P::CutsIn)),
         (
@@ -204,6 +205,8 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
         ),
         ("same lane as ego|us|me", Pair(P::SameLane)),
         ("same lane", Note(P::SameLane)),
+        ("=left ?hand lane", Note(P::NeighbourLane(true))),
+        ("=right ?hand lane", Note(P::NeighbourLane(false))),
         ("same lanelet", Note(P::SameLanelet)),
         (
             "different|another|other|adjacent|separate|neighboring|neighbouring lane|lanes",

@@ -391,7 +391,9 @@ pub fn own_motion<'m>(
                                 let moved = was.pose.to_local(&now.pose.position);
                                 moved.y.abs() > 0.3 * dt
                             });
-                        if drift || will {
+                        if drift && will {
+                            Ok(true)
+                        } else if drift || will {
                             Err("it may be on its way")
                         } else {
                             Ok(false)

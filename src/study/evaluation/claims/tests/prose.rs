@@ -101,6 +101,51 @@ fn asides_participles_and_lists_are_of_whom_they_stand_behind() {
             ),
         ],
     );
+    hold(
+        "HardBraking",
+        (40, 50),
+        &[
+            (
+                "301 is 7.8 m/s slower than us.",
+                "301 is 7.8 m/s faster than us.",
+            ),
+            (
+                "The gap to 301 fell from 10.3 m at 4.6 s to 7.8 m at 5.0 s.",
+                "The gap to 301 fell from 10.3 m at 4.2 s to 7.8 m at 5.0 s.",
+            ),
+            (
+                "301 and 302 are ahead, both braking.",
+                "301 and 304 are here, both braking.",
+            ),
+            (
+                "The ego drives at 22.8 m/s, and 301, which is braking, is ahead.",
+                "301 is braking, and so am I.",
+            ),
+            (
+                "The follower 304 is falling back.",
+                "The leader 301 is accelerating away from us.",
+            ),
+            (
+                "306 (oncoming) came the other way.",
+                "301 is coming the other way.",
+            ),
+        ],
+    );
+    hold(
+        "CutIn",
+        (34, 44),
+        &[
+            ("304 (left lane): 2.02 m to the left.", "304 (right lane)."),
+            (
+                "304 has a lateral gap of 2.0 m to the left.",
+                "304 has a lateral gap of 2.0 m to the right.",
+            ),
+            (
+                "The car that just cut in is 2.1 m ahead.",
+                "301 did not cut in.",
+            ),
+        ],
+    );
     // Of whom these are is not told.
     for text in [
         "The vehicle behind 358 is 1.25 m away.",
