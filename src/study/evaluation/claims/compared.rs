@@ -294,9 +294,9 @@ impl Speech<'_> {
                 .references
                 .iter()
                 .any(|r| r.says.iter().any(|(_, place)| place.contains(&at.start)));
-            let some = (at.end..at.end + 5).any(|i| {
-                self.is(i, "of among")
-                    && (i..i + 3).any(|k| self.is(k, "two three four five both these those them"))
+            let some = (at.end..at.end + 3).any(|i| {
+                self.is(i, "of among near nearby around close here")
+                    && !(i..i + 3).any(|k| self.is(k, "all every scene"))
             });
             if is_in || is_most && some {
                 continue;
@@ -390,7 +390,12 @@ impl Speech<'_> {
             self.push(found, clause, at..at + 1, Some(*id), (predicate, is_denied));
         }
         // "Most dangerous: 304".
-        if let (Some(((of, is_more, true), _)), Who::Obstacles(ids)) = (
+        let is_of_some = clause
+            .label
+            .clone()
+            .any(|i| self.is(i, "nearby around close of among here"));
+        if let (false, Some(((of, is_more, true), _)), Who::Obstacles(ids)) = (
+            is_of_some,
             COMPARATIVES
                 .all(self.tokens, clause.label.clone())
                 .first()

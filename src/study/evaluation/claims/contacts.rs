@@ -19,7 +19,7 @@ impl Speech<'_> {
         at: Range<usize>,
         found: &mut Vec<Said>,
     ) {
-        const OCCURS: &str = "occurs occurred happens happened detected occurring took exists happening present confirmed observed";
+        const OCCURS: &str = "occur happen occurs occurred happens happened detected occurring took exists happening present confirmed observed";
         let words = &self.tokens[clause.at.clone()];
         let says = |all: &str| words.iter().any(|t| t.is(all));
         let before = |all: &str| {

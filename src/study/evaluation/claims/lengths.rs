@@ -206,7 +206,10 @@ impl Sentence<'_> {
                 && !["in", "on", "to"].contains(&first)
                 && ends(
                     bare,
-                    &["is", "at", "sits", "be", "drives", "stands", "just", ","],
+                    &[
+                        "is", "are", "was", "were", "at", "sits", "be", "drives", "stands", "just",
+                        ",",
+                    ],
                 )
             || begins && (is_last || follows)
             || ends(bare, &words) && (is_last || follows || first == "and" || first == "with")

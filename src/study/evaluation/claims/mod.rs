@@ -20,6 +20,7 @@ mod measured;
 mod mentions;
 mod number;
 mod phrases;
+mod pieces;
 mod places;
 mod plans;
 mod quantity;

@@ -48,11 +48,18 @@ pub(super) fn is_before_contact(after: &str) -> bool {
         .iter()
         .find_map(|word| after.strip_prefix(word));
     let rest = rest.map(|rest| rest.trim_start_matches("the ").trim_start_matches("a "));
-    rest.is_some_and(|rest| {
-        ["impact", "collision", "contact", "crash", "hitting"]
+    // "1.3 s until 305 is reached".
+    let is_reached = after.starts_with("until ") || after.starts_with("before ");
+    let clause = after.split([',', ';', '.']).next().unwrap_or(after);
+    is_reached
+        && ["reached", "reach", "hit"]
             .iter()
-            .any(|word| rest.starts_with(word))
-    })
+            .any(|word| has_word(clause, word))
+        || rest.is_some_and(|rest| {
+            ["impact", "collision", "contact", "crash", "hitting"]
+                .iter()
+                .any(|word| rest.starts_with(word))
+        })
 }
 
 impl Sentence<'_> {
@@ -216,8 +223,16 @@ impl Sentence<'_> {
                     "point",
                 ];
                 let is_bound = has_word(near, "at least");
-                let says = |words: &[&str]| words.iter().any(|word| has_word(near, word));
-                if says(&smallest) && says(&lengths) && !is_bound && axis.is_none()
+                // "The nearest follower keeps its distance" names none.
+                let words: Vec<&str> = near
+                    .split(|c: char| !c.is_alphanumeric())
+                    .filter(|w| !w.is_empty())
+                    .collect();
+                let is_smallest = words.iter().enumerate().any(|(i, word)| {
+                    let beside = words[i.saturating_sub(2)..(i + 4).min(words.len())].iter();
+                    smallest.contains(word) && { beside }.any(|word| lengths.contains(word))
+                });
+                if is_smallest && !is_bound && axis.is_none()
                     || has_word(near, "as near as")
                     || has_word(near, "as close as")
                 {

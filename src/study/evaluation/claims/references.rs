@@ -135,7 +135,7 @@ static ADJECTIVES: LazyLock<Lexicon<Adjective>> = LazyLock::new(|| {
         ("=left", across(true)),
         ("=right", across(false)),
         (
-            "parked|=stopped|=standing|=waiting|stationary|static|stalled",
+            "parked|=stopped|=standing|=waiting|stranded|disabled|stationary|static|stalled",
             Says(Stands),
         ),
         ("broken down", Says(Stands)),
@@ -482,7 +482,8 @@ impl<'a> Reader<'a> {
             return reference(Named::It, stop, says);
         }
         let stop = self.behind(end, &mut asked, &mut says);
-        is_same &= stop == end;
+        // "That oncoming car" is looked for.
+        is_same &= stop == end && !(is_this && !asked.says.is_empty());
         let is_described = asked.side.is_some()
             || asked.lane.is_some()
             || !asked.says.is_empty()
@@ -636,8 +637,21 @@ impl<'a> Reader<'a> {
         {
             asked.side = Some(side);
             says.push((Described::At(side), at..stop));
+            // "Behind me on the left".
+            let mut end = stop;
+            if let Some((Placed::At(other), stop)) = PLACES.at(self.tokens, stop)
+                && (side.front.is_none(), side.left.is_none())
+                    == (other.front.is_some(), other.left.is_some())
+            {
+                asked.side = Some(Side {
+                    front: side.front.or(other.front),
+                    left: side.left.or(other.left),
+                });
+                says.push((Described::At(other), end..stop));
+                end = stop;
+            }
             // "The one behind us in our lane".
-            return self.lane(stop, asked, says).unwrap_or(stop);
+            return self.lane(end, asked, says).unwrap_or(end);
         }
         self.lane(at, asked, says).unwrap_or(end)
     }

@@ -95,10 +95,15 @@ impl Speech<'_> {
             if token.is(ENDS) {
                 break;
             }
-            if token.is("nearly almost") {
+            // "No less than 1 m ahead" denies nothing.
+            let is_of_bound = token.is("no not") && self.is(place + 1, "less more fewer");
+            if token.is("nearly almost") || is_of_bound {
                 continue;
             }
-            if token.is(UNCLEAR) && !(token.is("only") && place + 1 < at) {
+            // "Less than 8 m ahead".
+            let is_bound =
+                token.is("than") && place > 0 && self.is(place - 1, "less more under over closer");
+            if token.is(UNCLEAR) && !(token.is("only") && place + 1 < at) && !is_bound {
                 return None;
             }
             // "Neither … nor" is one.

@@ -23,6 +23,7 @@ impl Sentence<'_> {
             "reach",
             "reaches",
             "reached",
+            "reaching",
             "arriving",
             "arrives",
             "touch",

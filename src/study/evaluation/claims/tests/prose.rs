@@ -180,3 +180,40 @@ fn times_to_contact_and_what_happened_when() {
         ],
     );
 }
+
+#[test]
+fn lists_conditions_and_superlatives_of_some() {
+    hold(
+        "HardBraking",
+        (40, 50),
+        &[
+            (
+                "301 and the ego are less than 9 m apart.",
+                "301 and the ego are less than 5 m apart.",
+            ),
+            (
+                "A collision with 301 did not occur.",
+                "A collision with 301 will occur in 4 s.",
+            ),
+            (
+                "If I had braked, all would be well, but 301, which is less than 8 m ahead, brakes.",
+                "If I had braked, all would be well with 301, which is less than 3 m ahead.",
+            ),
+            (
+                "While the ego does not brake, the gap to 301 keeps shrinking.",
+                "While the ego does not brake, the gap to 301 keeps growing.",
+            ),
+            (
+                "306, 8.8 m behind, is oncoming.",
+                "306, 3.8 m behind, is oncoming.",
+            ),
+        ],
+    );
+    // Of those nearby is not all, and the nearest is no least distance.
+    for text in [
+        "304 is the slowest of the cars near us.",
+        "The fastest nearby is 301.",
+    ] {
+        assert!(judged("HardBraking", (40, 50), text).is_empty(), "{text}");
+    }
+}
