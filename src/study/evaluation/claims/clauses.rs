@@ -130,7 +130,8 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
             .collect();
         let begins_anew = at.start > 0
             && (tokens[at.start - 1].is(", )") || tokens[at.start].is("is are was will has"));
-        if own.is_empty() && begins_anew && !is_relative(tokens, at.start + 1) {
+        let has_subject = own.iter().any(|r| r.who != Named::Ego || !r.is_governed);
+        if !has_subject && begins_anew && !is_relative(tokens, at.start + 1) {
             last = main.take().or(last);
         }
         let owner = owner(tokens, references, at.start).and_then(|who| match who {

@@ -298,7 +298,9 @@ impl Speech<'_> {
                 self.is(i, "of among near nearby around close here")
                     && !(i..i + 3).any(|k| self.is(k, "all every scene"))
             });
-            if is_in || is_most && some {
+            // "At its closest" is when.
+            let is_when = at.start > 0 && self.is(at.start - 1, "its their");
+            if is_in || is_most && (some || is_when) {
                 continue;
             }
             // "The ego is faster": the other is slower.

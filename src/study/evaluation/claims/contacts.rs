@@ -25,7 +25,7 @@ impl Speech<'_> {
         let before = |all: &str| {
             (at.start.saturating_sub(3).max(clause.at.start)..at.start).any(|i| self.is(i, all))
         };
-        let after = |all: &str| (at.end..(at.end + 5).min(clause.at.end)).any(|i| self.is(i, all));
+        let after = |all: &str| (at.end..(at.end + 8).min(clause.at.end)).any(|i| self.is(i, all));
         let Some(mut is_denied) = self.denial(clause, at.start) else {
             return;
         };
@@ -189,6 +189,14 @@ impl Speech<'_> {
             let has_more = !PLACES.all(self.tokens, clause.at.clone()).is_empty();
             return said(at..at + 1, Counted::Within(metres)).filter(|_| !has_more);
         }
+        // "No car 10 m ahead" is of that length.
+        let has_length = clause.at.clone().any(|i| {
+            let number = self.tokens[i].number.map(|place| &numbers[place]);
+            number.is_some_and(|number| number.unit != Unit::None)
+        });
+        if has_length {
+            return None;
+        }
         let acts = VERBS.all(self.tokens, clause.at.clone());
         let places = PLACES.all(self.tokens, clause.at.clone());
         let mut all: Vec<(Range<usize>, Predicate)> = Vec::new();
@@ -237,6 +245,7 @@ impl Speech<'_> {
             .all(|i| self.is(i, "the our my and but so while adjacent neighbouring"));
         let word = (end..clause.at.end).find(|i| self.is(*i, "free empty clear open"))?;
         let is_plain = self.is(end, "is") && (end + 1..word).all(|i| self.tokens[i].is_filler());
-        (is_subject && is_plain).then(|| (lane..word + 1, self.is(lane, "left")))
+        (is_subject && is_plain && !self.is(word + 1, "of from for"))
+            .then(|| (lane..word + 1, self.is(lane, "left")))
     }
 }

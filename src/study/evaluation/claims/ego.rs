@@ -24,6 +24,8 @@ pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
                 format!("{least} to {most}")
             };
             checked.judgement = match (least, most) {
+                // "One car is ahead" tells of one of them.
+                _ if number == 1 && least > 1 => Judgement::Unknown("there are more of them"),
                 _ if !(least..=most).contains(&number) => Judgement::Wrong,
                 _ if least == most => Judgement::Right,
                 _ => Judgement::Unknown("of some it cannot be told"),

@@ -45,6 +45,7 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
             Sentence,
         ),
         ("not =a single", Sentence),
+        ("not =always|=constantly|=permanently|=continuously", Clause),
         ("hardly any", Sentence),
         // Times and extremes that are not looked up.
         ("=initial|=average|=mean", Numbers),
@@ -229,6 +230,7 @@ impl Guarded<'_> {
         // "Hits us at 7.5 m/s" is the speed then; "a stationary queue" is not whom the clause is about.
         let then = is_number
             && matches!(claim.quantity, Quantity::Speed | Quantity::ClosingSpeed)
+            && claim.step.is_none()
             && says("hits hit strikes touches collides crashes impact");
         let of_another =
             claim.is_of_ego && claim.quantity == Quantity::Speed && { clause.at.clone() }.any(

@@ -675,7 +675,7 @@ pub fn not_understood(text: &str, subject: &Subject<'_>) -> Vec<Range<usize>> {
 
 /// The version of finding and checking claims: grows when the same text can give other counts, so that stored ones
 /// are counted anew.
-pub const CHECK: u32 = 7;
+pub const CHECK: u32 = 8;
 
 /// The separator between reasoning and answer.
 const ANSWER: &str = "── answer ──";

@@ -232,7 +232,10 @@ impl Sentence<'_> {
                     let beside = words[i.saturating_sub(2)..(i + 4).min(words.len())].iter();
                     smallest.contains(word) && { beside }.any(|word| lengths.contains(word))
                 });
-                if is_smallest && !is_bound && axis.is_none()
+                let is_closest = ["at its closest", "at its nearest"]
+                    .iter()
+                    .any(|words| self.lower.contains(words));
+                if (is_smallest || is_closest) && !is_bound && axis.is_none()
                     || has_word(near, "as near as")
                     || has_word(near, "as close as")
                 {
@@ -422,10 +425,7 @@ impl Sentence<'_> {
                     {
                         Some((ClosingSpeed, true))
                     }
-                    // "1.6 m/s faster than us", "faster by 0.5 m/s".
-                    None if after.starts_with("faster")
-                        || after.starts_with("slower")
-                        || after.starts_with("below its own")
+                    None if after.starts_with("below its own")
                         || after.starts_with("above its own")
                         || ["faster", "slower"].iter().any(|word| has_word(near, word)) =>
                     {

@@ -44,35 +44,43 @@ pub fn read(
         as_one[place].who = Named::Obstacle(id);
         of(&as_one)
     };
-    let fits = one.candidates.iter().take(CANDIDATES).find_map(|id| {
-        let (claims, who) = of_one(*id);
-        let own = claims.iter().filter(|claim| claim.obstacle == *id);
-        let own: Vec<&Claim> = own.collect();
-        let is_number = |claim: &&Claim| {
-            let tells = match claim.stated {
-                ClaimedValue::Number { .. } => true,
-                ClaimedValue::Word { predicate, .. } => {
-                    matches!(
-                        predicate,
-                        Predicate::CutsIn | Predicate::ChangesLane | Predicate::Crossing
-                    )
-                }
-                _ => false,
-            };
-            tells && check((*claim).clone(), subject).judgement == Judgement::Right
-        };
-        // "The car" is a certain one: that all holds of it must be no chance.
-        let is_told = own.iter().any(|claim| !claim.is_described)
-            && (!one.is_definite || own.iter().any(is_number));
-        let judged = |claim: &&Claim| check((*claim).clone(), subject).judgement;
-        let is_so = own.iter().all(|claim| judged(claim) != Judgement::Wrong)
-            && own
-                .iter()
-                .any(|claim| !claim.is_described && judged(claim) == Judgement::Right);
-        (is_told && is_so).then_some((claims, who))
-    });
-    fits.or_else(|| by_number(one, &of_one, subject))
+    // One of whom all holds is meant before one of whom nothing is wrong.
+    let mut likely = None;
+    for id in one.candidates.iter().take(CANDIDATES) {
+        let reading = of_one(*id);
+        match suits(one, &reading.0, *id, subject) {
+            Some(true) => return reading,
+            Some(false) => likely = likely.or(Some(reading)),
+            None => {}
+        }
+    }
+    likely
+        .or_else(|| by_number(one, &of_one, subject))
         .unwrap_or(found)
+}
+
+/// Whether what is said of a description may be said of an obstacle: whether all of it holds, or nothing of it is wrong.
+fn suits(one: &Reference, claims: &[Claim], id: i64, subject: &Subject<'_>) -> Option<bool> {
+    let own = claims.iter().filter(|claim| claim.obstacle == id);
+    let judged: Vec<(&Claim, Judgement)> = own
+        .map(|claim| (claim, check(claim.clone(), subject).judgement))
+        .collect();
+    let is_right = |(_, judgement): &(&Claim, Judgement)| *judgement == Judgement::Right;
+    // "The car" is a certain one: that all holds of it must be no chance.
+    let tells = |(claim, _): &(&Claim, Judgement)| match claim.stated {
+        ClaimedValue::Number { .. } => true,
+        ClaimedValue::Word { predicate, .. } => matches!(
+            predicate,
+            Predicate::CutsIn | Predicate::ChangesLane | Predicate::Crossing
+        ),
+        _ => false,
+    };
+    let is_told = judged
+        .iter()
+        .any(|one| is_right(one) && !one.0.is_described)
+        && (!one.is_definite || judged.iter().any(|one| is_right(one) && tells(one)));
+    let is_wrong = judged.iter().any(|one| one.1 == Judgement::Wrong);
+    (is_told && !is_wrong).then(|| judged.iter().all(is_right))
 }
 
 /// The reading of a description by the only one of whom a number with a digit behind the point holds, whatever else is said.

@@ -385,6 +385,22 @@ impl<'a> Reader<'a> {
             }
             at = end;
         }
+        // "The oncoming 305".
+        if has_determiner
+            && !says.is_empty()
+            && let Some(mention) = self.id(at)
+        {
+            return Some(Reference {
+                at: from..at + 1,
+                who: mention.id.map_or(Named::Other, Named::Obstacle),
+                is_governed: false,
+                is_compared: mention.compared,
+                says,
+                is_nearest: false,
+                is_definite: true,
+                candidates: Vec::new(),
+            });
+        }
         let (mut noun, mut end) = NOUNS.at(self.tokens, at)?;
         // "The pedestrian on the right and the one on the left".
         if self.is(at, "one")
@@ -403,7 +419,7 @@ impl<'a> Reader<'a> {
             return None;
         }
         // "One of them", "one second".
-        if self.is(at, "one") && !has_determiner && says.is_empty() {
+        if self.is(at, "one") && !has_determiner && !is_another && says.is_empty() {
             return None;
         }
         // "The delivery truck driver".
@@ -473,7 +489,7 @@ impl<'a> Reader<'a> {
             };
             return reference(Named::It, end, vec![(Described::At(side), at..end)]);
         }
-        if !has_determiner && from != 0 && says.is_empty() && !is_someone {
+        if !has_determiner && from != 0 && says.is_empty() && !is_someone && !is_another {
             return None;
         }
         // "Stationary obstacle": what a note says of whom it is about.

@@ -162,7 +162,7 @@ impl Speech<'_> {
 
     /// The verbs of a clause.
     pub(super) fn acts(&self, clause: &Clause, found: &mut Vec<Said>) {
-        const NO_NOUN: &str = "distance distances light lights sign line signal rate trajectory path speed velocity time behavior behaviour \
+        const NO_NOUN: &str = "application distance distances light lights sign line signal rate trajectory path speed velocity time behavior behaviour \
         capability force maneuver manoeuvre vehicles traffic obstacles cars threshold phase objects gap lane lanes";
         for (act, at) in VERBS.all(self.tokens, clause.at.clone()) {
             if act == Act::Other || clause.is_label {
@@ -263,6 +263,18 @@ impl Speech<'_> {
                             self.push(found, clause, at.clone(), Some(*id), (predicate, is_denied));
                         }
                     }
+                }
+                // "It slows us down".
+                Act::Own(_)
+                    if self.tokens[at.start].stem == "slow"
+                        && (at.start + 1..at.end + 1).any(|i| self.is(i, "us me you")) => {}
+                // "I keep my lane".
+                Act::Pair(Predicate::SameLane)
+                    if clause.who == Who::Ego
+                        && self.is(at.start, "keep keeps keeping stay stays") =>
+                {
+                    let keeps = (Predicate::ChangesLane, !is_denied);
+                    self.push(found, clause, at, None, keeps);
                 }
                 Act::Own(predicate) => {
                     let predicate = self.how_much(predicate, clause, &at, is_denied);

@@ -3,7 +3,7 @@
 use super::clauses::{Mood, Who};
 use super::find::ends_with_word;
 use super::number::{Number, Unit, axis, scale};
-use super::references::Reference;
+use super::references::{Named, Reference};
 use super::sentence::Sentence;
 use super::tokens::{denies, find_word, has_word};
 use super::{Claim, ClaimedValue, Quantity};
@@ -100,6 +100,14 @@ fn goes_on(near: &str) -> bool {
     // "Reached its lowest value, 0.3 s".
     has_word(near, "value")
         || ends_with_word(near.trim_end(), "to") && CHANGES.iter().any(|verb| has_word(near, verb))
+}
+
+/// Whether words stand behind a length, at once or behind where it leads: "2 m away at most".
+fn follows(after: &str, words: &str) -> bool {
+    let rest = ["away ", "ahead ", "behind ", "off "]
+        .iter()
+        .find_map(|place| after.strip_prefix(place));
+    rest.unwrap_or(after).starts_with(words)
 }
 
 /// Whether words around a difference of speeds say that it is faster (true) or slower.
@@ -206,6 +214,15 @@ impl Sentence<'_> {
                 Self::met(clause).or(clause.topic)
             }
             _ => Self::met(clause),
+        };
+        // "5 m/s faster than 301": a difference of the two.
+        let than = { self.references.iter() }
+            .find(|r| r.is_compared && clause.at.contains(&r.at.start))
+            .map(|r| r.who);
+        let of = match (than, &clause.who) {
+            (Some(Named::Obstacle(id)), Who::Ego) if quantity == Quantity::VelocityLong => Some(id),
+            (Some(Named::Obstacle(_)), _) if quantity == Quantity::VelocityLong => None,
+            _ => of,
         };
         let Some(of) = of else { return Vec::new() };
         // "Accelerates with 2 m/s²" is no braking, and "brakes with 2 m/s²" is.
@@ -413,6 +430,8 @@ impl Sentence<'_> {
                 false
             }
             None if after.starts_with("or more") => true,
+            None if follows(after, "at most") => false,
+            None if follows(after, "at least") => true,
             None => return Some(Bound::None),
         };
         // "Not below 3 m", "never more than 3 m".

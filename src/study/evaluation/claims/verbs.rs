@@ -113,6 +113,10 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Own(P::Accelerating),
         ),
         ("slow down", Own(P::Braking)),
+        (
+            "sign|signs|hint of braking|slowing|stopping|deceleration ?down",
+            Own(P::Braking),
+        ),
         ("=easing|=ease|=eases|=eased off|up", Own(P::Braking)),
         ("get|become|grow slower", Own(P::Braking)),
         (

@@ -217,6 +217,17 @@ impl Sentence<'_> {
         {
             return Some((first.obstacle, Event::Closest));
         }
+        // "The minimum distance to 301 is reached at 4.4 s."
+        let is_least = { EXTENTS.all(self.tokens, clause.at.clone()) }
+            .iter()
+            .any(|(extent, _)| *extent == Extent::Least)
+            || says("closest nearest");
+        if is_least
+            && says("distance gap clearance separation approach point")
+            && says("reached occurs occurred happens happened attained")
+        {
+            return Some((Self::met(clause)?, Event::Closest));
+        }
         let is_contact = |c: &&Claim| {
             c.stated == ClaimedValue::Contact
                 && self.clause(c.span.start - self.start) == Some(clause)

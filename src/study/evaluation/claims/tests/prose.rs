@@ -217,3 +217,38 @@ fn lists_conditions_and_superlatives_of_some() {
         assert!(judged("HardBraking", (40, 50), text).is_empty(), "{text}");
     }
 }
+
+#[test]
+fn differences_are_of_those_that_are_compared() {
+    hold(
+        "CutIn",
+        (34, 44),
+        &[
+            (
+                "The ego is 5.1 m/s faster than 301.",
+                "The ego is 5.1 m/s slower than 301.",
+            ),
+            (
+                "At its closest, 301 was 2.1 m away.",
+                "At its closest, 301 was 6 m away.",
+            ),
+            ("301 was 9 m away at most.", "301 was 1 m away at most."),
+            (
+                "The minimum distance to 301 is reached at 4.4 s.",
+                "The minimum distance to 301 is reached at 3.5 s.",
+            ),
+        ],
+    );
+    for text in [
+        "301 is faster than 302 by 3 m/s.",
+        "There is no car 10 m ahead.",
+        "301 has not always been in my lane.",
+        "301 slows us down.",
+        "The left lane is free of ice.",
+        "One car is ahead.",
+    ] {
+        let of = judged("CutIn", (34, 44), text);
+        let is_wrong = of.iter().any(|one| one.1 == Judgement::Wrong);
+        assert!(!is_wrong, "{text}: {of:?}");
+    }
+}
