@@ -95,23 +95,7 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
     // The last obstacle that a clause was about.
     let mut spoken: Option<i64> = None;
     let all = pieces(tokens, references);
-    // "Braking at 3 m/s², the ego stops": of whom the next clause is about.
-    if let [(first, Some(",")), (next, _), ..] = all.as_slice()
-        && tokens[first.start].word.ends_with("ing")
-        && (VERBS.at(tokens, first.start).is_some() || tokens[first.start].is("having being"))
-        && !references.iter().any(|r| {
-            r.at.start == first.start
-                || first.contains(&r.at.start) && matches!(r.who, Named::Obstacle(_))
-        })
-    {
-        let own: Vec<&Reference> = { references.iter() }
-            .filter(|r| next.contains(&r.at.start) && !r.is_compared)
-            .collect();
-        match subject(tokens, next, &own, None, None).0 {
-            Who::Unknown => {}
-            who => last = Some(who),
-        }
-    }
+    last = dangling(tokens, references, &all).or(last);
     for (at, end_mark) in all {
         if end_mark == Some(":") {
             label = at.clone();
@@ -157,15 +141,7 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
             }
         };
         // "I have not reacted yet, so the gap shrinks": that to whom it was about before.
-        const PAIRED: &str = "gap distance separation clearance ttc spacing";
-        let noun = words.iter().take(4).position(|t| t.is(PAIRED));
-        let is_paired = own.is_empty()
-            && who == Who::Ego
-            && noun.is_some_and(|noun| {
-                words[..noun]
-                    .iter()
-                    .all(|t| t.is("so and but the this that because since as while"))
-            });
+        let is_paired = own.is_empty() && who == Who::Ego && is_gap(words);
         if is_paired && let Some(id) = it.or(spoken) {
             who = Who::Obstacles(vec![id]);
         }
@@ -192,24 +168,9 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
             None if who == Who::Ego && is_relative(tokens, at.start) => it,
             object => object,
         };
-        // "7 and 8 …, both behind": each of the two that were named.
-        if own.is_empty()
-            && tokens[at.start..at.end]
-                .iter()
-                .take(2)
-                .any(|t| t.is("both neither"))
-        {
-            let mut pair: Vec<i64> = { references.iter() }
-                .filter(|r| r.at.end <= at.start)
-                .filter_map(|r| match r.who {
-                    Named::Obstacle(id) => Some(id),
-                    _ => None,
-                })
-                .collect();
-            pair.dedup();
-            if pair.len() == 2 {
-                who = Who::Obstacles(pair);
-            }
+        // "7 and 8 …, both behind".
+        if own.is_empty() && words.iter().take(2).any(|t| t.is("both neither")) {
+            who = two_before(references, at.start).unwrap_or(who);
         }
         let is_aside = is_relative(tokens, at.start);
         let names_ego = own.iter().any(|r| r.who == Named::Ego) && who != Who::Ego;
@@ -252,6 +213,54 @@ pub fn clauses(tokens: &[Token], references: &[Reference], current: &Who) -> Vec
         });
     }
     found
+}
+
+/// Of whom the next clause is about where a sentence begins with a participle: "braking at 3 m/s², the ego stops".
+fn dangling(
+    tokens: &[Token],
+    references: &[Reference],
+    all: &[(Range<usize>, Option<&str>)],
+) -> Option<Who> {
+    let [(first, Some(",")), (next, _), ..] = all else {
+        return None;
+    };
+    let is_verb = tokens[first.start].word.ends_with("ing")
+        && (VERBS.at(tokens, first.start).is_some() || tokens[first.start].is("having being"));
+    let has_own = references.iter().any(|r| {
+        r.at.start == first.start
+            || first.contains(&r.at.start) && matches!(r.who, Named::Obstacle(_))
+    });
+    if !is_verb || has_own {
+        return None;
+    }
+    let own: Vec<&Reference> = { references.iter() }
+        .filter(|r| next.contains(&r.at.start) && !r.is_compared)
+        .collect();
+    let who = subject(tokens, next, &own, None, None).0;
+    Some(who).filter(|who| *who != Who::Unknown)
+}
+
+/// Whether a clause is about what lies between two: "so the gap shrinks".
+fn is_gap(words: &[Token]) -> bool {
+    const PAIRED: &str = "gap distance separation clearance ttc spacing";
+    let noun = words.iter().take(4).position(|t| t.is(PAIRED));
+    noun.is_some_and(|noun| {
+        let mut before = words[..noun].iter();
+        before.all(|t| t.is("so and but the this that because since as while"))
+    })
+}
+
+/// The two obstacles that are named before a token; nothing where there are more or fewer.
+fn two_before(references: &[Reference], at: usize) -> Option<Who> {
+    let before = references.iter().filter(|r| r.at.end <= at);
+    let mut pair: Vec<i64> = before
+        .filter_map(|r| match r.who {
+            Named::Obstacle(id) => Some(id),
+            _ => None,
+        })
+        .collect();
+    pair.dedup();
+    (pair.len() == 2).then_some(Who::Obstacles(pair))
 }
 
 /// Whether a word begins a relative clause.

@@ -197,9 +197,26 @@ impl Speech<'_> {
         if has_length {
             return None;
         }
+        let all = self.things(clause)?;
+        // "There are ten vehicles around the ego."
+        const AROUND: &str = "around nearby scene total scenario surround surrounding";
+        let is_there = says("there are is surrounded");
+        match all.as_slice() {
+            [] if is_there && says(AROUND) => said(who.clone(), Counted::There),
+            [(at, one)] => said(at.clone(), Counted::Word(*one)),
+            // "Ahead in my lane".
+            [(at, one), (_, other)] if one.quantity() != other.quantity() => {
+                said(at.clone(), Counted::Both(*one, *other))
+            }
+            _ => None,
+        }
+    }
+
+    /// What a clause says of those that it counts, each where it stands; `None` where that is not all read.
+    fn things(&self, clause: &Clause) -> Option<Vec<(Range<usize>, Predicate)>> {
         let acts = VERBS.all(self.tokens, clause.at.clone());
         let places = PLACES.all(self.tokens, clause.at.clone());
-        let mut all: Vec<(Range<usize>, Predicate)> = Vec::new();
+        let mut all = Vec::new();
         for (act, at) in &acts {
             let predicate = match act {
                 Act::Touches => Predicate::Touches,
@@ -220,18 +237,7 @@ impl Speech<'_> {
                 _ => return None,
             }
         }
-        // "There are ten vehicles around the ego."
-        const AROUND: &str = "around nearby scene total scenario surround surrounding";
-        let is_there = says("there are is surrounded");
-        match all.as_slice() {
-            [] if is_there && says(AROUND) => said(who.clone(), Counted::There),
-            [(at, one)] => said(at.clone(), Counted::Word(*one)),
-            // "Ahead in my lane".
-            [(at, one), (_, other)] if one.quantity() != other.quantity() => {
-                said(at.clone(), Counted::Both(*one, *other))
-            }
-            _ => None,
-        }
+        Some(all)
     }
 
     /// The lane beside the ego's that a clause says is free: to the left (true) or right.

@@ -149,30 +149,67 @@ fn read_as(
         step,
     };
     let mut claims = sentence.claims();
-    // "301, which was 2 m away at 3 s, is braking": the time is that of the aside alone.
-    let is_in = |clause: &Clause, at: usize| {
-        let (first, last) = (&tokens[clause.at.start], &tokens[clause.at.end - 1]);
-        (first.span.start..last.span.end).contains(&at)
+    let dated = Dated {
+        tokens,
+        clauses: &clauses,
+        times: { times.iter() }
+            .map(|(place, step)| (all[*place].span.start, *step))
+            .collect(),
+        start,
     };
-    let of_time = |clause: &&Clause| {
-        clause.is_aside && { times.iter() }.all(|(place, _)| is_in(clause, all[*place].span.start))
-    };
-    if !times.is_empty()
-        && let Some(aside) = clauses.iter().find(of_time)
-    {
-        for claim in &mut claims {
-            if !is_in(aside, claim.span.start - start) {
+    dated.leave_asides(&mut claims);
+    if when == MentionedTime::Unclear {
+        dated.each(&mut claims);
+    }
+    if let [(_, Some(first)), (_, Some(second))] = times {
+        let all = claims.into_iter();
+        claims = all
+            .flat_map(|claim| at_both(claim, *first, *second))
+            .collect();
+    }
+    (claims, who)
+}
+
+/// A sentence with the times that it names.
+struct Dated<'a> {
+    tokens: &'a [Token],
+    clauses: &'a [Clause],
+    /// Where each stands in the sentence, bytes, and its step.
+    times: Vec<(usize, Option<i64>)>,
+    /// Where the sentence begins in the text.
+    start: usize,
+}
+
+impl Dated<'_> {
+    /// "301, which was 2 m away at 3 s, is braking": the time is that of the aside alone.
+    fn leave_asides(&self, claims: &mut [Claim]) {
+        let is_in = |clause: &Clause, at: usize| {
+            let (first, last) = (
+                &self.tokens[clause.at.start],
+                &self.tokens[clause.at.end - 1],
+            );
+            (first.span.start..last.span.end).contains(&at)
+        };
+        let of_time = |clause: &&Clause| {
+            clause.is_aside && self.times.iter().all(|(at, _)| is_in(clause, *at))
+        };
+        if self.times.is_empty() {
+            return;
+        }
+        let Some(aside) = self.clauses.iter().find(of_time) else {
+            return;
+        };
+        for claim in claims {
+            if !is_in(aside, claim.span.start - self.start) {
                 claim.step = None;
             }
         }
     }
-    if when == MentionedTime::Unclear {
-        // Of several times, each is that of its clause, or of the one before that names none.
-        let timed: Vec<(usize, Option<i64>)> = { times.iter() }
-            .map(|(place, step)| (all[*place].span.start, *step))
-            .collect();
-        let ends: Vec<usize> = { clauses.iter() }
-            .filter_map(|clause| Some(start + tokens.get(clause.at.end - 1)?.span.end))
+
+    /// Of several times, each is that of its clause, or of the one before that names none.
+    fn each(&self, claims: &mut Vec<Claim>) {
+        let ends: Vec<usize> = { self.clauses.iter() }
+            .filter_map(|clause| Some(self.start + self.tokens.get(clause.at.end - 1)?.span.end))
             .collect();
         let clause_of = |at: usize| ends.iter().position(|end| at < *end);
         claims.retain_mut(|claim| {
@@ -183,9 +220,8 @@ fn read_as(
             }
             let own = clause_of(claim.span.start);
             let of = |clause: Option<usize>| {
-                let mut all = timed
-                    .iter()
-                    .filter(|(at, _)| clause_of(start + at) == clause);
+                let in_clause = |(at, _): &&(usize, _)| clause_of(self.start + at) == clause;
+                let mut all = self.times.iter().filter(in_clause);
                 let first = all.next()?;
                 all.all(|other| other.1 == first.1).then_some(first.1)?
             };
@@ -193,13 +229,6 @@ fn read_as(
             claim.step.is_some()
         });
     }
-    if let [(_, Some(first)), (_, Some(second))] = times {
-        let all = claims.into_iter();
-        claims = all
-            .flat_map(|claim| at_both(claim, *first, *second))
-            .collect();
-    }
-    (claims, who)
 }
 
 /// A change between two times is two numbers, each at its time; other claims are left as they are.

@@ -585,55 +585,11 @@ impl<'a> Reader<'a> {
         }) {
             at += 1;
         }
-        // "A car 37 m behind": the length is for the clause to say.
-        let measured = (at..at + 3)
-            .take_while(|i| *i == at || self.is(i - 1, "about some just only roughly around"))
-            .find(|i| {
-                self.tokens
-                    .get(*i)
-                    .is_some_and(|t| t.number.is_some() && t.word.ends_with(['m', 's']))
-            });
-        if let Some(length) = measured {
-            if let Some((Placed::At(side), stop)) = PLACES.at(self.tokens, length + 1)
-                && asked.side.is_none()
-            {
-                asked.side = Some(side);
-                self.lane(stop, asked, &mut Vec::new());
-            }
+        if self.measured(at, asked) {
             return end;
         }
-        // "From the right", "coming the other way": it is there, or was before.
-        let verb = at + usize::from(self.is(at, "coming approaching crossing arriving"));
-        if verb > at && self.is(verb, "towards toward at the") {
-            let is_oncoming =
-                self.is(verb, "towards toward at") || self.is(verb + 1, "other opposite");
-            if is_oncoming {
-                asked.says.push(Described::Is(Predicate::Oncoming));
-                let is_way = self.is(verb, "the");
-                if is_way {
-                    says.push((Described::Is(Predicate::Oncoming), at..verb + 3));
-                    return verb + 3;
-                }
-            }
-            return end;
-        }
-        if self.is(verb, "from") {
-            let place = (verb + 1..verb + 4).find(|i| self.is(*i, "left right ahead behind"));
-            // Who was in a lane before is looked for among all.
-            if place.is_some_and(|place| self.is(place + 1, "lane")) {
-                asked.origin = Some(Side {
-                    front: None,
-                    left: None,
-                });
-            } else if let Some(place) = place.filter(|place| !self.is(place + 1, "of")) {
-                asked.origin = Some(Side {
-                    front: self
-                        .is(place, "ahead behind")
-                        .then(|| self.is(place, "ahead")),
-                    left: self.is(place, "left right").then(|| self.is(place, "left")),
-                });
-            }
-            return end;
+        if let Some(stop) = self.coming(at, asked, says) {
+            return stop.unwrap_or(end);
         }
         if self.is(at, "in on") {
             let side = (at + 1..at + 4).find(|i| self.is(*i, "left right"));
@@ -670,6 +626,63 @@ impl<'a> Reader<'a> {
             return self.lane(end, asked, says).unwrap_or(end);
         }
         self.lane(at, asked, says).unwrap_or(end)
+    }
+
+    /// Whether a length with a place stands there, which the clause says: "a car 37 m behind".
+    fn measured(&self, at: usize, asked: &mut Description) -> bool {
+        let is_length = |i: &usize| {
+            let token = self.tokens.get(*i);
+            token.is_some_and(|t| t.number.is_some() && t.word.ends_with(['m', 's']))
+        };
+        let length = (at..at + 3)
+            .take_while(|i| *i == at || self.is(i - 1, "about some just only roughly around"))
+            .find(is_length);
+        let place = length.and_then(|length| PLACES.at(self.tokens, length + 1));
+        if let Some((Placed::At(side), stop)) = place
+            && asked.side.is_none()
+        {
+            asked.side = Some(side);
+            self.lane(stop, asked, &mut Vec::new());
+        }
+        length.is_some()
+    }
+
+    /// Whether it is told from where it comes, and where a description ends that says so: "from the right", "coming the other way".
+    fn coming(
+        &self,
+        at: usize,
+        asked: &mut Description,
+        says: &mut Vec<(Described, Range<usize>)>,
+    ) -> Option<Option<usize>> {
+        let verb = at + usize::from(self.is(at, "coming approaching crossing arriving"));
+        if verb > at && self.is(verb, "towards toward at the") {
+            let is_way = self.is(verb, "the") && self.is(verb + 1, "other opposite");
+            if is_way || !self.is(verb, "the") {
+                asked.says.push(Described::Is(Predicate::Oncoming));
+            }
+            if is_way {
+                says.push((Described::Is(Predicate::Oncoming), at..verb + 3));
+            }
+            return Some(is_way.then_some(verb + 3));
+        }
+        if !self.is(verb, "from") {
+            return None;
+        }
+        let place = (verb + 1..verb + 4).find(|i| self.is(*i, "left right ahead behind"));
+        // Who was in a lane before is looked for among all.
+        if place.is_some_and(|place| self.is(place + 1, "lane")) {
+            asked.origin = Some(Side {
+                front: None,
+                left: None,
+            });
+        } else if let Some(place) = place.filter(|place| !self.is(place + 1, "of")) {
+            let is_along = self.is(place, "ahead behind");
+            asked.origin = Some(Side {
+                front: is_along.then(|| self.is(place, "ahead")),
+                left: (!is_along).then(|| self.is(place, "left")),
+            });
+        }
+        Some(None)
     }
 
     /// Where the words end that put it in the ego's lane or in one beside it.
