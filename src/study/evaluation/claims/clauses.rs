@@ -547,6 +547,8 @@ fn mood(words: &[Token], who: &Who) -> Mood {
             && !(t.is("or") && words[..i].iter().any(|t| t.is("no not never neither without")))
             // "As hard as I can".
             && !(t.is("can could possible possibly") && words[i.saturating_sub(2)..i].iter().any(|t| t.is("as")))
+            // "When 305 was 69 m away".
+            && !(t.is("when") && words.iter().any(|t| t.is("was were had")))
             && !(t.is("until") && words.get(i + 1).is_some_and(|t| t.is("then now")))
             // "TTC is below the 1 s threshold" is said.
             && !(t.is("threshold limit") && words[..i].iter().any(|t| t.is("below above under over within than exceeds")))

@@ -4,9 +4,10 @@ use super::Quantity;
 use super::find::ends_with_word;
 use super::number::{Number, Unit, axis, find_axis, from_ego, only_axis, without_reference};
 use super::phrases;
+use super::references::{Named, Reference};
 use super::sentence::Sentence;
 use super::stated::BOUNDS;
-use super::tokens::{denies, has_word};
+use super::tokens::{denies, find_word, has_word};
 
 /// Words for lengths other than a distance to the ego.
 pub(super) const OTHER_LENGTHS: &[&str] = &[
@@ -417,7 +418,10 @@ impl Sentence<'_> {
                         "shrinking",
                     ]
                     .iter()
-                    .any(|word| has_word(near, word))
+                    .any(|word| self.is_beside(near, word, number))
+                        || ["close at", "close with", "approach at"]
+                            .iter()
+                            .any(|words| near.trim_end().ends_with(words))
                         || ["relative", "closing"]
                             .iter()
                             .any(|word| after.starts_with(word))
@@ -488,6 +492,20 @@ impl Sentence<'_> {
             }
             _ => None,
         }
+    }
+
+    /// Whether a word stands before a number, and no obstacle is named in between.
+    fn is_beside(&self, near: &str, word: &str, number: &Number) -> bool {
+        let from = number.span.start - near.len();
+        let Some(at) = find_word(near, word) else {
+            return false;
+        };
+        let is_between = |r: &Reference| {
+            let place = self.tokens[r.at.start].span.start;
+            matches!(r.who, Named::Obstacle(_)) && from + at < place && place < number.span.start
+        };
+        let is_far = near[at..].contains(',');
+        !is_far || !self.references.iter().any(is_between)
     }
 
     /// Whether the number is part of a calculation or of a range.

@@ -196,6 +196,19 @@ impl Dated<'_> {
         if self.times.is_empty() {
             return;
         }
+        // "305 passed at 5 s and is now 28 m behind".
+        let is_now = |clause: &&Clause| {
+            let words = &self.tokens[clause.at.clone()];
+            words.iter().any(|t| t.is("now currently meanwhile"))
+                && !self.times.iter().any(|(at, _)| is_in(clause, *at))
+        };
+        for clause in self.clauses.iter().filter(is_now) {
+            for claim in claims.iter_mut() {
+                if is_in(clause, claim.span.start - self.start) {
+                    claim.step = None;
+                }
+            }
+        }
         let Some(aside) = self.clauses.iter().find(of_time) else {
             return;
         };

@@ -260,11 +260,21 @@ impl<'a> Reader<'a> {
     }
 
     /// The obstacle whose id a token is.
-    fn id(&self, at: usize) -> Option<&'a Mention> {
+    fn id(&self, at: usize) -> Option<Mention> {
         let token = self.tokens.get(at)?;
         token.number?;
         let inside = |m: &&Mention| token.span.contains(&m.span.start);
-        self.ids.iter().find(inside)
+        if let Some(one) = self.ids.iter().find(inside) {
+            return Some(one.clone());
+        }
+        // Named again; a short number may be another one.
+        let id = token.word.parse::<i64>().ok().filter(|id| *id >= 100)?;
+        let again = self.ids.iter().find(|m| m.id == Some(id))?;
+        Some(Mention {
+            span: token.span.clone(),
+            compared: false,
+            ..again.clone()
+        })
     }
 
     /// Who a reference that begins at a token names, and where it ends.

@@ -110,6 +110,20 @@ impl Sentence<'_> {
             .references
             .iter()
             .find(|r| clause.at.contains(&r.at.start) && r.who != Named::Ego);
+        // "2 m to 301 at 30 m/s": of whom is not told.
+        let is_to = first.is_some_and(|r| {
+            r.is_governed
+                && (clause.at.start..r.at.start)
+                    .rfind(|i| !self.tokens[*i].is("the car vehicle truck obstacle"))
+                    .is_some_and(|i| self.tokens[i].is("to"))
+                && self.tokens[r.at.end..]
+                    .iter()
+                    .take_while(|t| t.span.start < number.span.start)
+                    .all(|t| t.is("at with about"))
+        });
+        if is_to {
+            return false;
+        }
         let is_before =
             first.is_some_and(|r| self.tokens[r.at.start].span.start > number.span.start);
         if is_before && matches!(clause.who, Who::Obstacles(_)) {

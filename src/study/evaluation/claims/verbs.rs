@@ -141,11 +141,11 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Own(P::Steady),
         ),
         (
-            "keep|maintain|hold|cruise ?at ?its|my|our|his ?current|own speed|pace|velocity",
+            "keep|kept|maintain|hold|held|cruise ?at ?its|my|our|his ?current|own speed|pace|velocity",
             Own(P::Steady),
         ),
         (
-            "keep|maintain|hold ?its|my|our|his|at constant|steady speed|pace|velocity",
+            "keep|kept|maintain|hold|held ?its|my|our|his|at constant|steady speed|pace|velocity",
             Own(P::Steady),
         ),
         (
@@ -172,7 +172,7 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
         ),
         ("in|on|under motion", Moves),
         (
-            "stay|remain|keep|hold|continue ?in|to ?its|my|our|own|same ?own lane",
+            "stay|remain|keep|kept|hold|held|continue ?in|to ?its|my|our|own|same ?own lane",
             Never(P::ChangesLane),
         ),
         ("turn|bend|steer|veer left", Own(P::Turning(true))),

@@ -119,7 +119,10 @@ impl Sentence<'_> {
         }
         // "During the whole window, 301 stays behind me."
         let is_first = |part: &&Clause| {
-            part.at.start == 0 && self.tokens.get(part.at.end).is_some_and(|t| t.is(","))
+            const LEADS: &str = "throughout during over for in since from at all within";
+            part.at.start == 0
+                && self.tokens[0].is(LEADS)
+                && self.tokens.get(part.at.end).is_some_and(|t| t.is(","))
         };
         let first = self
             .clauses

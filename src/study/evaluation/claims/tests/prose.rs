@@ -252,3 +252,30 @@ fn differences_are_of_those_that_are_compared() {
         assert!(!is_wrong, "{text}: {of:?}");
     }
 }
+
+#[test]
+fn who_is_named_again_and_what_is_now() {
+    hold(
+        "HardBraking",
+        (40, 50),
+        &[
+            (
+                "The distance to 301 is 7.8 m, and 301 is braking.",
+                "The distance to 301 is 7.8 m, and 301 is accelerating.",
+            ),
+            (
+                "306 passed at 4.7 s and is now 8.8 m behind.",
+                "306 passed at 4.7 s and is now 3 m behind.",
+            ),
+            (
+                "301 is closing at 7.8 m/s relative to us, while 304, at 22 m/s, is behind.",
+                "301 is closing at 7.8 m/s relative to us, while 304, at 15 m/s, is behind.",
+            ),
+            ("The ego kept its speed.", "301 kept its speed."),
+            (
+                "301 is near, and we close at 7.8 m/s.",
+                "301 is near, and we close at 3 m/s.",
+            ),
+        ],
+    );
+}
