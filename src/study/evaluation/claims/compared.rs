@@ -188,6 +188,15 @@ impl Speech<'_> {
         }
     }
 
+    /// How many are before one that a superlative is of: "the second closest".
+    fn rank(&self, at: usize) -> u8 {
+        match at.checked_sub(1).map(|i| self.tokens[i].word.as_str()) {
+            Some("second") => 1,
+            Some("third") => 2,
+            _ => 0,
+        }
+    }
+
     /// That a speed stays as it is: "at a steady 82 km/h".
     fn steady(&self, clause: &Clause, found: &mut Vec<Said>) {
         let is_speed = |i: usize| {
@@ -367,7 +376,12 @@ impl Speech<'_> {
                     _ => continue,
                 }
             };
-            let predicate = Predicate::Compared(Compared { of, is_more, than });
+            let predicate = Predicate::Compared(Compared {
+                of,
+                is_more,
+                than,
+                rank: self.rank(at.start),
+            });
             self.push(found, clause, at, Some(*id), (predicate, is_denied));
         }
         // "Its TTC of 1 s is the smallest".
@@ -388,6 +402,7 @@ impl Speech<'_> {
                 of: *of,
                 is_more: false,
                 than: None,
+                rank: 0,
             });
             self.push(found, clause, at..at + 1, Some(*id), (predicate, is_denied));
         }
@@ -410,6 +425,7 @@ impl Speech<'_> {
                 of,
                 is_more,
                 than: None,
+                rank: 0,
             });
             self.push(
                 found,

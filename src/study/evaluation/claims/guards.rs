@@ -41,7 +41,7 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
         ("=except|=besides|=excluding|=respectively", Sentence),
         ("=followed|=tailgated by", Sentence),
         (
-            "=second|=third|=fourth|=next closest|nearest|fastest|slowest|furthest|farthest|largest|smallest",
+            "=fourth|=next closest|nearest|fastest|slowest|furthest|farthest|largest|smallest",
             Sentence,
         ),
         ("not =a single", Sentence),

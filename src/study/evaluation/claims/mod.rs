@@ -432,6 +432,8 @@ pub struct Compared {
     pub is_more: bool,
     /// Than which; `None` for all others.
     pub than: Option<i64>,
+    /// Of all, how many are before it: 1 for "the second closest".
+    pub rank: u8,
 }
 
 impl Predicate {
@@ -506,7 +508,12 @@ impl std::fmt::Display for Predicate {
             Self::NeighbourLane(left) => {
                 write!(f, "in the {} lane", if *left { "left" } else { "right" })
             }
-            Self::Compared(Compared { of, is_more, than }) => {
+            Self::Compared(Compared {
+                of,
+                is_more,
+                than,
+                rank,
+            }) => {
                 let of = match of {
                     Dimension::Distance => "distance",
                     Dimension::Speed => "speed",
@@ -514,6 +521,9 @@ impl std::fmt::Display for Predicate {
                     Dimension::Risk => "risk",
                     Dimension::Braking => "braking",
                 };
+                if *rank > 0 {
+                    write!(f, "{}. ", rank + 1)?;
+                }
                 match (than, is_more) {
                     (Some(id), true) => write!(f, "more {of} than {id}"),
                     (Some(id), false) => write!(f, "less {of} than {id}"),

@@ -461,6 +461,13 @@ fn compare(
         })
         .collect();
     let sign = if compared.is_more { 1.0 } else { -1.0 };
+    if compared.rank > 0 {
+        return ranked(
+            usize::from(compared.rank),
+            sign * own,
+            { others.iter() }.map(|one| sign * one.1),
+        );
+    }
     let rival = { others.iter() }
         .max_by(|a, b| (sign * a.1).total_cmp(&(sign * b.1)))
         .copied();
@@ -479,6 +486,24 @@ fn compare(
             _ => Err("they are alike"),
         },
         is: format!("{:.2}, {id} {:.2}", own.abs(), rival.abs()),
+    }
+}
+
+/// Whether so many values are plainly before one's own.
+fn ranked(rank: usize, own: f64, others: impl Iterator<Item = f64>) -> Known {
+    let (mut before, mut alike) = (0, 0);
+    for other in others {
+        before += usize::from(other > own + 0.05);
+        alike += usize::from((other - own).abs() <= 0.05);
+    }
+    Known {
+        holds: match rank {
+            _ if !own.is_finite() => Err("it is never reached"),
+            rank if alike == 0 && before == rank => Ok(true),
+            rank if before > rank || before + alike < rank => Ok(false),
+            _ => Err("they are alike"),
+        },
+        is: format!("{before} before it"),
     }
 }
 

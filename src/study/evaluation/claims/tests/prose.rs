@@ -83,6 +83,10 @@ fn asides_participles_and_lists_are_of_whom_they_stand_behind() {
                 "The lead car is 9.1 m ahead of us.",
             ),
             ("304 keeps its lane.", "301 keeps its lane."),
+            (
+                "301 is the second closest vehicle.",
+                "301 is the third closest vehicle.",
+            ),
             ("The ego brakes hard.", "The ego accelerates gently."),
             ("302 is farther away than 301.", "307 is closer than 301."),
             (

@@ -20,7 +20,6 @@ fn what_changes_a_sentence_is_not_read_over() {
         "301 is the only vehicle ahead of me.",
         "No vehicle but 301 is ahead of me.",
         "Only 301 is ahead of me, 2.1 m away.",
-        "301 is the second closest vehicle.",
         "It is wrong that 301 is ahead of me.",
         "I hope 301 is braking.",
         "Were 301 braking, all would be fine.",
