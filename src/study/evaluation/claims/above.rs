@@ -184,8 +184,11 @@ impl Above {
             // Under the heading of another obstacle it is an aside.
             [_] if self.heading.is_some() => self.sentence = None,
             [id] => {
-                self.sentence = Some(*id);
-                self.open = false;
+                // "7 is behind 8. It brakes": which of both is not told.
+                let is_with = |m: &Mention| m.id.is_some_and(|other| other != *id) && !m.compared;
+                let is_open = fixed.is_none() && named.iter().any(is_with);
+                self.sentence = Some(*id).filter(|_| !is_open);
+                self.open = is_open;
             }
             _ => {
                 self.sentence = None;

@@ -9,12 +9,11 @@ use serde::Serialize;
 
 use super::ego::of_ego;
 use super::excuses::excuse;
+use super::measured;
 use super::plans::follow;
-use super::truth::{
-    contact, exact, exact_in, judge_side, of_paper, others, paper_relations, worded,
-};
+use super::truth::{contact, exact, judge_side, of_paper, paper_relations};
 use super::worded::{Known, axis_word, risk, state};
-use super::{Claim, ClaimedValue, Predicate, Quantity, Side, Subject};
+use super::{Claim, ClaimedValue, Extent, Predicate, Quantity, Side, Subject};
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
@@ -77,6 +76,17 @@ impl CheckedClaim {
     /// The stated value with its unit.
     #[must_use]
     pub fn stated(&self) -> String {
+        let value = self.value();
+        match self.claim.extent {
+            Extent::Moment => value,
+            Extent::Least => format!("least {value}"),
+            Extent::Most => format!("most {value}"),
+            Extent::All => format!("{value} throughout"),
+        }
+    }
+
+    /// The stated value at a moment.
+    fn value(&self) -> String {
         match self.claim.stated {
             ClaimedValue::Number {
                 value, decimals, ..
@@ -104,6 +114,7 @@ impl CheckedClaim {
             }
             ClaimedValue::Side(side) => side.to_string(),
             ClaimedValue::Contact => "contact".into(),
+            ClaimedValue::Event(event) => event.to_string(),
             ClaimedValue::Word {
                 predicate,
                 is_denied,
@@ -239,13 +250,30 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
             contradicts: None,
         };
     }
+    if claim.extent != Extent::Moment {
+        return measured::over_window(&claim, subject);
+    }
+    // What it did not do it did at no step.
+    let is_never = matches!(
+        claim.stated,
+        ClaimedValue::Word {
+            is_denied: true,
+            ..
+        }
+    );
+    if claim.is_past && claim.step.is_none() && is_never {
+        return measured::over_window(
+            &Claim {
+                extent: Extent::All,
+                ..claim
+            },
+            subject,
+        );
+    }
     if claim.is_past && claim.step.is_none() {
         return remembered(&claim, subject, step);
     }
     let mut checked = at(&claim, subject, step);
-    if claim.is_throughout && checked.judgement == Judgement::Right {
-        checked.judgement = throughout(&claim, subject);
-    }
     if checked.judgement == Judgement::Wrong
         && let Some(why) = excuse(&claim, subject, step)
     {
@@ -305,18 +333,6 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     checked
 }
 
-/// Whether what is so now was so at all steps of the window.
-fn throughout(claim: &Claim, subject: &Subject<'_>) -> Judgement {
-    let all = subject.steps().steps();
-    let mut judged = all.map(|step| at(claim, subject, step).judgement);
-    match judged.find(|one| *one != Judgement::Right) {
-        None if subject.window.is_some() => Judgement::Right,
-        None => Judgement::Unknown("the described steps are unknown"),
-        // It may be said of most of them.
-        Some(_) => Judgement::Unknown("not true at an earlier step"),
-    }
-}
-
 /// What is said of a time before: it is right where it held at any step of the window.
 fn remembered(claim: &Claim, subject: &Subject<'_>, present: i64) -> CheckedClaim {
     let all = subject.steps().steps().map(|step| at(claim, subject, step));
@@ -364,6 +380,17 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
         changed(&mut checked, subject, (from, to), (decimals, rough));
         return checked;
     }
+    let is_finite = match claim.stated {
+        ClaimedValue::Number { value, .. } => value.is_finite(),
+        ClaimedValue::Bounds { .. } => true,
+        _ => false,
+    };
+    if is_finite {
+        if let Some(all) = measured::truths(claim, subject, step) {
+            measured::measure(&mut checked, &all);
+        }
+        return checked;
+    }
     if claim.obstacle == scene.ego.id {
         of_ego(&mut checked, subject);
         return checked;
@@ -374,94 +401,27 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
     let sample = scene.ego.recorded.iter().find(|s| s.step == step);
     let written = sample.and_then(|sample| sample.heading);
     match claim.stated {
-        ClaimedValue::Number {
-            value,
-            decimals,
-            rough,
-            magnitude,
-        } => {
-            let sizes = magnitude && value >= 0.0;
-            let fits = |truth: f64| fits(truth, value, (decimals, rough, sizes));
-            if value.is_infinite() {
-                let none = |values: &[f64]| !values.iter().any(|t| t.is_finite());
-                let of_bodies = exact(claim.quantity, &encounter);
-                let mut told = paper_relations(&encounter, written);
-                told.retain(|told| none(&of_paper(claim.quantity, told).collect::<Vec<_>>()));
-                checked.truth = of_bodies.first().copied();
-                checked.is = match checked.truth {
-                    Some(truth) => format!("{truth:.1} {}", claim.quantity.unit()),
-                    None => "none: never reached".into(),
-                };
-                checked.judgement = match (none(&of_bodies), told.is_empty()) {
-                    (true, _) => Judgement::Right,
-                    (false, false) => {
-                        checked.basis = ClaimBasis::Paper;
-                        Judgement::Right
-                    }
-                    (false, true) if rough => {
-                        Judgement::Unknown("it may only not have been computed")
-                    }
-                    (false, true) => Judgement::Wrong,
-                };
-                return checked;
+        ClaimedValue::Number { value, rough, .. } if value.is_infinite() => {
+            let none = |values: &[f64]| !values.iter().any(|t| t.is_finite());
+            let mut of_bodies = exact(claim.quantity, &encounter);
+            if claim.quantity == Quantity::Ttc {
+                of_bodies.extend(exact(Quantity::TtcLat, &encounter));
             }
-            let exact = exact_in(claim.quantity, subject, &participant, &encounter);
-            let shown = exact
-                .iter()
-                .copied()
-                .find(|t| fits(*t))
-                .or_else(|| exact.first().copied());
-            checked.truth = shown;
-            checked.is = match shown {
-                Some(truth) => worded(claim.quantity, truth, decimals, sizes),
+            let mut told = paper_relations(&encounter, written);
+            told.retain(|told| none(&of_paper(claim.quantity, told).collect::<Vec<_>>()));
+            checked.truth = of_bodies.first().copied();
+            checked.is = match checked.truth {
+                Some(truth) => format!("{truth:.1} {}", claim.quantity.unit()),
                 None => "none: never reached".into(),
             };
-            checked.judgement = if shown.is_some_and(fits) {
-                Judgement::Right
-            } else {
-                Judgement::Wrong
-            };
-            if checked.judgement == Judgement::Wrong {
-                let told = others(claim.quantity, &encounter, written);
-                if let Some((basis, truth)) = told.into_iter().find(|(_, truth)| fits(*truth)) {
-                    checked.basis = basis;
-                    checked.truth = Some(truth);
-                    checked.is = worded(claim.quantity, truth, decimals, sizes);
-                    checked.judgement = Judgement::Right;
-                }
-            }
-        }
-        ClaimedValue::Bounds { from, to, decimals } => {
-            let mut all: Vec<(ClaimBasis, f64)> =
-                { exact_in(claim.quantity, subject, &participant, &encounter).into_iter() }
-                    .map(|truth| (ClaimBasis::Exact, truth))
-                    .collect();
-            all.extend(others(claim.quantity, &encounter, written));
-            checked.truth = all.first().map(|one| one.1);
-            checked.is = checked.truth.map_or("none: never reached".into(), |truth| {
-                worded(claim.quantity, truth, decimals, true)
-            });
-            let judged = |truth: f64| bounded(truth.abs(), from, to, decimals);
-            checked.judgement = match all
-                .iter()
-                .find(|(_, truth)| judged(*truth) == Judgement::Right)
-            {
-                // The centres are always farther apart.
-                Some((ClaimBasis::Centres, _)) => Judgement::Unknown("true between the centres"),
-                Some((basis, truth)) => {
-                    checked.basis = *basis;
-                    checked.truth = Some(*truth);
+            checked.judgement = match (none(&of_bodies), told.is_empty()) {
+                (true, _) => Judgement::Right,
+                (false, false) => {
+                    checked.basis = ClaimBasis::Paper;
                     Judgement::Right
                 }
-                // What is never reached takes longer than any time.
-                None if all.is_empty() && to.is_none() => Judgement::Right,
-                None if all
-                    .iter()
-                    .any(|(_, truth)| judged(*truth) != Judgement::Wrong) =>
-                {
-                    Judgement::Unknown("at the bound within rounding")
-                }
-                None => Judgement::Wrong,
+                (false, true) if rough => Judgement::Unknown("it may only not have been computed"),
+                (false, true) => Judgement::Wrong,
             };
         }
         ClaimedValue::Side(side) => {
@@ -527,7 +487,11 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             checked.is = risk.to_string();
             checked.judgement = judgement;
         }
-        ClaimedValue::Change { .. } | ClaimedValue::Count { .. } => {}
+        ClaimedValue::Event(event) => measured::event(&mut checked, subject, event),
+        ClaimedValue::Number { .. }
+        | ClaimedValue::Bounds { .. }
+        | ClaimedValue::Change { .. }
+        | ClaimedValue::Count { .. } => {}
         ClaimedValue::Place(x, y, decimals) => {
             let place = encounter.other.pose.position;
             let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05) + 1e-9;
@@ -644,6 +608,7 @@ pub(super) const STANDING: f64 = 0.1;
 
 #[cfg(test)]
 mod tests {
+    use super::super::truth::worded;
     use super::*;
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::pieces::{is_participle, pieces};
 use super::references::{Named, Reference};
 use super::tokens::Token;
 use super::verbs::{VERBS, is_property};
@@ -64,6 +65,8 @@ pub struct Clause {
     pub object: Option<i64>,
     /// Whether it names the ego other than as its subject.
     pub names_ego: bool,
+    /// Whether it says something more of someone: "301, which is braking".
+    pub is_aside: bool,
     /// Whether it is a label: what stands before a colon.
     pub is_label: bool,
     /// Whom the sentence was about before it, where that is one.
@@ -72,42 +75,9 @@ pub struct Clause {
     pub mood: Mood,
 }
 
-/// Words that begin a clause.
-const OPENERS: [&str; 33] = [
-    "but",
-    "while",
-    "whereas",
-    "although",
-    "though",
-    "because",
-    "since",
-    "so",
-    "thus",
-    "therefore",
-    "hence",
-    "which",
-    "who",
-    "yet",
-    "however",
-    "when",
-    "if",
-    "unless",
-    "indicating",
-    "suggesting",
-    "meaning",
-    "making",
-    "posing",
-    "resulting",
-    "until",
-    "once",
-    "where",
-    "with",
-    "given",
-    "implying",
-    "despite",
-    "leaving",
-    "whose",
-];
+/// What something is done for, behind "to".
+pub(super) const PURPOSES: &str =
+    "avoid prevent let overtake pass match keep make give allow get see wait";
 
 /// Words with which a clause supposes, guesses, plans or asks.
 const SUPPOSING: &str = "ready prepare prepared preparing if unless would could might may can should must potential potentially \
@@ -142,7 +112,13 @@ pub fn clauses(tokens: &[Token], references: &[Reference], spoken: &Spoken) -> V
     let mut it = current.or(only);
     let mut noun = it.or(spoken.noun);
     let mut met: Option<i64> = None;
-    for (at, end_mark) in pieces(tokens, references) {
+    // Whom the sentence was about before a clause that says something more of someone: "305, which brakes, …".
+    let mut main: Option<Who> = None;
+    // The last obstacle that a clause was about.
+    let mut told: Option<i64> = None;
+    let all = pieces(tokens, references);
+    last = dangling(tokens, references, &all).or(last);
+    for (at, end_mark) in all {
         // "Laterally, it recedes".
         let is_axis = at.len() == 1 && tokens[at.start].is("laterally longitudinally");
         if end_mark == Some(":") || is_axis && end_mark == Some(",") {
@@ -152,17 +128,56 @@ pub fn clauses(tokens: &[Token], references: &[Reference], spoken: &Spoken) -> V
         if tokens[..at.start].last().is_some_and(|t| t.is(";")) {
             is_conditional = false;
         }
+        // "It hits us if we go on, whereas 8 is behind" has two halves.
+        if words.first().is_some_and(|t| t.is("whereas while but")) {
+            is_conditional = false;
+        }
         is_conditional |= words.iter().any(|t| t.is("if unless suppose imagine"));
         let own: Vec<&Reference> = { references.iter() }
             .filter(|r| at.contains(&r.at.start) && !r.is_compared)
             .collect();
-        let before = Before {
-            last: last.as_ref(),
-            it,
-            noun,
-            both: spoken.both,
+        let begins_anew = at.start > 0
+            && (tokens[at.start - 1].is(", )") || tokens[at.start].is("is are was will has"));
+        let has_subject = own.iter().any(|r| r.who != Named::Ego || !r.is_governed);
+        if !has_subject && begins_anew && !is_relative(tokens, at.start + 1) {
+            last = main.take().or(last);
+        }
+        let owner = owner(tokens, references, at.start).and_then(|who| match who {
+            Named::Obstacle(id) => Some(Who::Obstacles(vec![id])),
+            Named::It => Some(it.map_or(Who::Unknown, |id| Who::Obstacles(vec![id]))),
+            Named::Ego => Some(Who::Ego),
+            Named::Both => spoken.both.map(|both| Who::Obstacles(both.into())),
+            Named::Nobody | Named::Other => Some(Who::Unknown),
+        });
+        let (mut who, object) = match owner {
+            Some(who) => {
+                main = main.or(last.clone());
+                let other = own.iter().find_map(|r| match r.who {
+                    Named::Obstacle(id) if who != Who::Obstacles(vec![id]) => Some(id),
+                    _ => None,
+                });
+                (who, other)
+            }
+            None => {
+                if !own.is_empty() {
+                    main = None;
+                }
+                {
+                    let before = Before {
+                        last: last.as_ref(),
+                        it,
+                        noun,
+                        both: spoken.both,
+                    };
+                    subject(tokens, &at, &own, &before)
+                }
+            }
         };
-        let (mut who, object) = subject(tokens, &at, &own, &before);
+        // "I have not reacted yet, so the gap shrinks": that to whom it was about before.
+        let is_paired = own.is_empty() && who == Who::Ego && is_gap(words);
+        if is_paired && let Some(id) = it.or(told) {
+            who = Who::Obstacles(vec![id]);
+        }
         // "Faster (28 m/s) than the ego (24 m/s)".
         let is_bracket = at.start > 0 && tokens[at.start - 1].is("(");
         let compared = references
@@ -181,28 +196,44 @@ pub fn clauses(tokens: &[Token], references: &[Reference], spoken: &Spoken) -> V
         };
         met = object;
         let topic = it;
+        // "The truck, which I have passed": that is whom I passed.
+        let object = match object {
+            None if who == Who::Ego && is_relative(tokens, at.start) => it,
+            object => object,
+        };
+        // "7 and 8 …, both behind".
+        if own.is_empty() && words.iter().take(2).any(|t| t.is("both neither")) {
+            who = two_before(references, at.start).unwrap_or(who);
+        }
+        let is_aside = is_relative(tokens, at.start);
         let names_ego = own.iter().any(|r| r.who == Named::Ego) && who != Who::Ego;
-        let mood = if is_conditional {
+        // "If I had gone on I would have hit 301, which is 2 m ahead".
+        let is_said_of =
+            is_aside && begins_anew && !tokens[at.clone()].iter().any(|t| t.is("if unless"));
+        let mood = if is_conditional && !is_said_of {
             Mood::Supposed
         } else {
             mood(words, &who)
         };
         // What is only compared with does not go on.
-        let is_aside = compared.is_some();
+        let is_likened = compared.is_some();
+        if let Who::Obstacles(ids) = &who {
+            told = <[i64; 1]>::try_from(ids.as_slice()).ok().map(|[id]| id);
+        }
         match &who {
-            _ if is_aside => {}
+            _ if is_likened => {}
             Who::Obstacles(ids) => noun = <[i64; 1]>::try_from(ids.as_slice()).ok().map(|[id]| id),
             Who::Ego => noun = object.or(noun),
             Who::Unknown => {}
         }
         match &who {
-            _ if is_aside => {}
+            _ if is_likened => {}
             Who::Obstacles(ids) if ids.len() == 1 => it = ids.first().copied(),
             Who::Obstacles(_) => it = None,
             Who::Ego => it = object.or(it).filter(|_| object.is_some() || own.is_empty()),
             Who::Unknown => {}
         }
-        if !words.is_empty() && !is_aside {
+        if !words.is_empty() && !is_likened {
             last = Some(who.clone());
         }
         let (labelled, clause_end) = (label.clone(), at.end);
@@ -219,6 +250,7 @@ pub fn clauses(tokens: &[Token], references: &[Reference], spoken: &Spoken) -> V
             who,
             object,
             names_ego,
+            is_aside,
             is_label,
             topic,
             mood,
@@ -227,144 +259,81 @@ pub fn clauses(tokens: &[Token], references: &[Reference], spoken: &Spoken) -> V
     found
 }
 
-/// The parts between marks and words that begin clauses, with the mark behind each.
-fn pieces<'t>(
-    tokens: &'t [Token],
+/// Of whom the next clause is about where a sentence begins with a participle: "braking at 3 m/s², the ego stops".
+fn dangling(
+    tokens: &[Token],
     references: &[Reference],
-) -> Vec<(Range<usize>, Option<&'t str>)> {
-    let mut found = Vec::new();
-    let mut from = 0;
-    let mut depth_between = 0;
-    for at in 0..tokens.len() {
-        let token = &tokens[at];
-        let (before, after) = (at.checked_sub(1).map(|i| &tokens[i]), tokens.get(at + 1));
-        let is_mark = token.is(", ; ( ) : — – | [ ] { }")
-            || token.is("-") && before.is_none_or(|b| b.span.end < token.span.start);
-        if token.is("between") {
-            depth_between = at + 8;
-        }
-        let both_numbers =
-            before.is_some_and(|b| b.number.is_some()) && after.is_some_and(|a| a.number.is_some());
-        // "(1.2, 3.4)", "3–5 m".
-        let has_unit = before.is_some_and(|b| b.word.contains(char::is_alphabetic));
-        // "7, 8, and 9".
-        let is_list = token.is(",")
-            && after.is_some_and(|a| a.is("and"))
-            && before.is_some_and(|b| b.number.is_some())
-            && tokens.get(at + 2).is_some_and(|t| t.number.is_some());
-        if is_mark && !is_list && !(both_numbers && !has_unit && token.is(", - – —")) {
-            if at > from {
-                found.push((from..at, Some(token.word.as_str())));
-            }
-            from = at + 1;
-            continue;
-        }
-        let axis = |t: Option<&Token>| {
-            t.is_some_and(|t| t.stem.starts_with("later") || t.stem.starts_with("longitudinal"))
-        };
-        let place = |t: Option<&Token>| {
-            t.is_some_and(|t| t.is("ahead front behind left right rear closer nearer"))
-        };
-        let opens = match token.word.as_str() {
-            "and" => {
-                let side = (at + 1..at + 5).any(|i| place(tokens.get(i)));
-                let is_last = before.is_some_and(|b| b.is(","))
-                    && after.is_some_and(|a| a.number.is_some())
-                    && at > 1
-                    && tokens[at - 2].number.is_some();
-                // "Obstacle 7 and obstacle 8 are", "both the ego and the obstacle are".
-                let first = references.iter().find(|r| r.at.end == at);
-                let second = references.iter().find(|r| r.at.start == at + 1);
-                let is_one =
-                    |who: Named| matches!(who, Named::Obstacle(_) | Named::It | Named::Ego);
-                let is_listed = first.zip(second).is_some_and(|(first, second)| {
-                    let is_ego = first.who == Named::Ego || second.who == Named::Ego;
-                    let is_id = matches!(second.who, Named::Obstacle(_));
-                    let begins = first.at.start <= from + 1
-                        || first.who == Named::Ego
-                            && is_id
-                            && before.is_some_and(|b| b.is("ego vehicle"));
-                    // "The ego brakes, and 7 and the ego are close".
-                    let ends = second.who != Named::Ego
-                        || tokens
-                            .get(second.at.end)
-                            .is_some_and(|t| t.is("are is share both remain"));
-                    begins
-                        && ends
-                        && is_one(first.who)
-                        && is_one(second.who)
-                        && (!is_ego || first.who != second.who)
-                });
-                let is_pair = both_numbers
-                    || is_listed
-                    || is_last
-                    || axis(after)
-                    || axis(before) && before.is_some_and(|b| b.is("longitudinal lateral"))
-                    || place(before) && side && !after.is_some_and(|a| a.is("a an"))
-                    || at < depth_between;
-                !is_pair
-            }
-            // "A collision with 7" is one.
-            "with" => {
-                const JOINED: [&str; 16] = [
-                    "intersect",
-                    "align",
-                    "collision",
-                    "contact",
-                    "crash",
-                    "collid",
-                    "overlap",
-                    "impact",
-                    "respect",
-                    "compar",
-                    "level",
-                    "parallel",
-                    "imminent",
-                    "shar",
-                    "together",
-                    "even",
-                ];
-                !(at.saturating_sub(2)..at).any(|i| JOINED.contains(&tokens[i].stem.as_str()))
-            }
-            "that" => after.is_some_and(|a| a.is("is was has will does came cut just had")),
-            "as" => {
-                after.is_some_and(|a| a.is("it the he she they we i"))
-                    && !before.is_some_and(|b| b.is("as same well such near close"))
-            }
-            "since" | "before" | "after" => {
-                after.is_some_and(|a| a.number.is_none())
-                    || references.iter().any(|r| r.at.start == at + 1)
-            }
-            "yet" => !before.is_some_and(|b| b.is("not")),
-            "so" => !before.is_some_and(|b| b.is("or not")),
-            // "Not indicating a collision".
-            word => {
-                OPENERS.contains(&word) && !before.is_some_and(|b| b.is("not"))
-                    || is_thought(tokens, references, (from, at))
-            }
-        };
-        if opens && at > from {
-            found.push((from..at, None));
-            from = at;
-        }
+    all: &[(Range<usize>, Option<&str>)],
+) -> Option<Who> {
+    let [(first, Some(",")), (next, _), ..] = all else {
+        return None;
+    };
+    let is_verb = tokens[first.start].word.ends_with("ing")
+        && (VERBS.at(tokens, first.start).is_some() || tokens[first.start].is("having being"));
+    let has_own = references.iter().any(|r| {
+        r.at.start == first.start
+            || first.contains(&r.at.start) && matches!(r.who, Named::Obstacle(_))
+    });
+    if !is_verb || has_own {
+        return None;
     }
-    if from < tokens.len() {
-        found.push((from..tokens.len(), None));
-    }
-    found
+    let own: Vec<&Reference> = { references.iter() }
+        .filter(|r| next.contains(&r.at.start) && !r.is_compared)
+        .collect();
+    let before = Before {
+        last: None,
+        it: None,
+        noun: None,
+        both: None,
+    };
+    let who = subject(tokens, next, &own, &before).0;
+    Some(who).filter(|who| *who != Who::Unknown)
 }
 
-/// Whether a participant is what someone thinks or sees something of: "I know 7 is braking".
-fn is_thought(tokens: &[Token], references: &[Reference], (from, at): (usize, usize)) -> bool {
-    const THINKS: &str = "know think believe guess infer conclude assume observe notice expect sure certain aware \
-        says show shows showing means confirm confirms indicates indicate suggests suggest implies";
-    // "This indicates the ego brakes".
-    let is_seen = tokens[from].is("this that which it");
-    let other = |r: &Reference| r.at.start == at && (r.who != Named::Ego || is_seen);
-    let before = (from..at)
-        .rev()
-        .find(|i| !tokens[*i].is("that the a an of"));
-    references.iter().any(other) && before.is_some_and(|i| tokens[i].is(THINKS))
+/// Whether a clause is about what lies between two: "so the gap shrinks".
+fn is_gap(words: &[Token]) -> bool {
+    const PAIRED: &str = "gap distance separation clearance ttc spacing";
+    let noun = words.iter().take(4).position(|t| t.is(PAIRED));
+    noun.is_some_and(|noun| {
+        let mut before = words[..noun].iter();
+        before.all(|t| t.is("so and but the this that because since as while"))
+    })
+}
+
+/// The two obstacles that are named before a token; nothing where there are more or fewer.
+fn two_before(references: &[Reference], at: usize) -> Option<Who> {
+    let before = references.iter().filter(|r| r.at.end <= at);
+    let mut pair: Vec<i64> = before
+        .filter_map(|r| match r.who {
+            Named::Obstacle(id) => Some(id),
+            _ => None,
+        })
+        .collect();
+    pair.dedup();
+    (pair.len() == 2).then_some(Who::Obstacles(pair))
+}
+
+/// Whether a word begins a relative clause.
+fn is_relative(tokens: &[Token], at: usize) -> bool {
+    tokens.get(at).is_some_and(|t| t.is("which who whose"))
+}
+
+/// Of whom a clause says more that begins at a token: "305, which brakes", "a car parked on the left".
+fn owner(tokens: &[Token], references: &[Reference], at: usize) -> Option<Named> {
+    let bare = tokens[..at]
+        .iter()
+        .rposition(|t| !t.is(", ) (") && !t.is_filler());
+    let end = bare? + 1;
+    let one = references.iter().find(|r| r.at.end == end)?;
+    let has_owner = is_relative(tokens, at)
+        || tokens[at].is("that") && end == at
+        || is_participle(tokens, references, at);
+    // "Whose trailer" is something else.
+    let is_its = !tokens[at].is("whose")
+        || tokens
+            .get(at + 1)
+            .is_some_and(|t| is_property(t) || t.is("driver rider"));
+    (has_owner && is_its).then_some(one.who)
 }
 
 /// Of whom the clauses before one speak.
@@ -432,9 +401,10 @@ fn subject(
     {
         return (one(id), None);
     }
+    const OWN: &str = "speed velocity acceleration deceleration heading braking pace";
     let verb = at
         .clone()
-        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is("is are has am"));
+        .find(|i| VERBS.at(tokens, *i).is_some() || tokens[*i].is("is are has am was were"));
     // "Closest obstacle, 3 m" in a field.
     if let [first] = own
         && first.is_nearest
@@ -476,12 +446,16 @@ fn subject(
         return (one(id), None);
     }
     // "We have a car on the left".
-    let has = tokens[at.clone()]
-        .iter()
-        .take(4)
-        .any(|t| t.is("have got see notice spot"));
+    let has = |second: &Reference| {
+        (at.start..at.start + 4).any(|i| {
+            tokens
+                .get(i)
+                .is_some_and(|t| t.is("have got see notice spot"))
+                && (i..i + 4).contains(&second.at.start)
+        })
+    };
     if let [first, second, ..] = own
-        && has
+        && has(second)
         && first.who == Named::Ego
         && let Named::Obstacle(id) = second.who
     {
@@ -509,6 +483,14 @@ fn subject(
                     && nominal.is_some_and(|r| tokens[r.at.start].is("it its itself"));
                 return (if is_ego { Who::Ego } else { Who::Unknown }, None);
             };
+            // "7 is the nearest vehicle ahead": one and the same.
+            if let [first, second] = own
+                && first.at.end < second.at.start
+                && verb.is_some_and(|verb| verb >= second.at.start)
+                && tokens[first.at.end].is("is was remains")
+            {
+                return (one(id), None);
+            }
             // "7, 8 and 9 are behind": of each.
             let listed: Vec<i64> = own
                 .iter()
@@ -538,22 +520,21 @@ fn subject(
                 && tokens[own[0].at.end..at.end]
                     .iter()
                     .take(4)
-                    .any(|t| t.is("speed velocity acceleration deceleration heading braking pace"))
+                    .any(|t| t.is(OWN))
                 && tokens[at.start..own[0].at.start].iter().all(|t| {
-                    !t.is_word() || t.is("the and but while with at so reflects simply only of")
+                    !t.is_word() || t.is("the and but while with at so reflects simply only of during throughout over whole entire window interval")
                 });
-            // "The velocity of the ego".
-            let of = (at.start..own[0].at.start).rfind(|i| tokens[*i].is("of"));
+            // "The speed of the ego".
+            let governor = (at.start..own.first().map_or(at.start, |r| r.at.start))
+                .rfind(|i| !tokens[*i].is("the"));
             let is_of_ego = is_of_ego
                 || own[0].who == Named::Ego
-                    && own[0].at.end <= before
-                    && ids.is_empty()
-                    && of.is_some_and(|of| {
-                        of > at.start
-                            && of + 2 >= own[0].at.start
-                            && tokens[of - 1]
-                                .is("speed velocity acceleration deceleration heading orientation position")
-                    });
+                    && governor.is_some_and(|i| {
+                        tokens[i].is("of")
+                            && i > at.start
+                            && (tokens[i - 1].is(OWN) || tokens[i - 1].is("orientation position"))
+                    })
+                    && !tokens[at.clone()].iter().any(|t| t.is("relative"));
             match ids.as_slice() {
                 _ if is_of_ego => (Who::Ego, others(None)),
                 [] if has_others => (Who::Unknown, None),
@@ -574,7 +555,7 @@ fn subject(
                     (Who::Ego, Some(*id))
                 }
                 // "I brake and drop back behind 7".
-                [id] if !has_property && verb.is_some_and(|verb| verb <= at.start + 1) => {
+                [id] if !has_property && verb.is_some_and(|verb| leads(tokens, at.start..verb)) => {
                     match last {
                         Some(Who::Ego) => (Who::Ego, Some(*id)),
                         Some(Who::Obstacles(all)) if all.as_slice() != [*id] => {
@@ -584,6 +565,8 @@ fn subject(
                     }
                 }
                 [id] => (one(*id), None),
+                // "No contact with 7 or 8".
+                ids if are_listed(tokens, own) => (Who::Obstacles(ids.to_vec()), None),
                 _ => (Who::Unknown, None),
             }
         }
@@ -606,6 +589,23 @@ fn is_relational(words: &[Token]) -> bool {
             || t.word.ends_with("ly")
     });
     head.next().is_some_and(|t| t.is(BETWEEN))
+}
+
+/// Whether all that a clause names are one list: "with 7, 8 or 9".
+fn are_listed(tokens: &[Token], own: &[&Reference]) -> bool {
+    own.windows(2).all(|two| {
+        let between = &tokens[two[0].at.end..two[1].at.start];
+        !between.is_empty() && between.iter().all(|t| t.is("and or nor , with the to"))
+    })
+}
+
+/// Whether nothing but small words stands before a verb: "and did not touch".
+fn leads(tokens: &[Token], before: Range<usize>) -> bool {
+    const SMALL: &str = "and but so then yet or also not never did do does have has had just still already again now will";
+    tokens[before.clone()]
+        .iter()
+        .all(|t| t.is(SMALL) || t.is_filler())
+        || before.len() <= 1
 }
 
 /// Whether a clause begins with a noun of its own that is no property of a participant: "the road is wet".
@@ -640,6 +640,13 @@ fn mood(words: &[Token], who: &Who) -> Mood {
         t.is(SUPPOSING)
             && !(t.is("or") && is_bound)
             && !(t.is("may") && i == 0)
+            // "No contact with 7 or 8".
+            && !(t.is("or") && words[..i].iter().any(|t| t.is("no not never neither without")))
+            // "As hard as I can".
+            && !(t.is("can could possible possibly") && words[i.saturating_sub(2)..i].iter().any(|t| t.is("as")))
+            // "When 305 was 69 m away".
+            && !(t.is("when") && words.iter().any(|t| t.is("was were had")))
+            && !(t.is("until") && words.get(i + 1).is_some_and(|t| t.is("then now")))
             // "TTC is below the 1 s threshold" is said.
             && !(t.is("threshold limit") && words[..i].iter().any(|t| t.is("below above under over within than exceeds")))
     });
@@ -648,7 +655,9 @@ fn mood(words: &[Token], who: &Who) -> Mood {
         .is_some_and(|t| t.is("should had assume consider is are does do"))
         && words.len() > 3
         && !matches!(who, Who::Obstacles(_));
+    let is_purpose = words.len() > 1 && words[0].is("to") && words[1].is(PURPOSES);
     if supposes
+        || is_purpose
         || advises
         || pair("used", "to")
         || pair("in", "case")

@@ -12,11 +12,14 @@ use super::{Compared, Dimension, Predicate};
 /// How distances and speeds are said to change, with the noun before the verb: "the gap is closing".
 static TRENDS: LazyLock<Lexicon<bool>> = LazyLock::new(|| {
     Lexicon::new(&[
-        ("increases|grows|widens|rises|climbs|=up", true),
+        (
+            "increases|grows|grew|grown|widens|rises|rose|climbs|=up",
+            true,
+        ),
         ("gets|becomes larger|bigger|longer|wider", true),
         ("=opening|=opens", true),
         (
-            "decreases|shrinks|narrows|drops|falls|reduces|diminishes|tightens|shortens|declines|=closes|=closing|=down",
+            "decreases|shrinks|shrank|shrunk|narrows|melts|drops|falls|fell|fallen|reduces|diminishes|tightens|shortens|declines|=closes|=closing|=down",
             false,
         ),
         ("gets|becomes smaller|shorter|tighter|less", false),
@@ -40,7 +43,7 @@ static NOUNS: LazyLock<Lexicon<Dimension>> = LazyLock::new(|| {
 
 /// Comparatives, and whether they say more; those of all say the most.
 static COMPARATIVES: LazyLock<Lexicon<(Dimension, bool, bool)>> = LazyLock::new(|| {
-    use Dimension::{Distance, Risk, Speed, Ttc};
+    use Dimension::{Braking, Distance, Risk, Speed, Ttc};
     Lexicon::new(&[
         ("closer|nearer", (Distance, false, false)),
         ("farther|further ?away ?from", (Distance, true, false)),
@@ -72,6 +75,8 @@ static COMPARATIVES: LazyLock<Lexicon<(Dimension, bool, bool)>> = LazyLock::new(
             (Risk, true, false),
         ),
         ("lower|smaller risk|danger|threat", (Risk, false, false)),
+        ("brake|decelerate|slow harder|more", (Braking, true, false)),
+        ("brake|decelerate|slow hardest|most", (Braking, true, true)),
         ("closest|nearest", (Distance, false, true)),
         (
             "closest|nearest approach|point|distance|gap",
@@ -103,6 +108,10 @@ static COMPARATIVES: LazyLock<Lexicon<(Dimension, bool, bool)>> = LazyLock::new(
         ("smallest|shortest|lowest|minimum ttc", (Ttc, false, true)),
         ("longest|largest|highest ttc", (Ttc, true, true)),
         (
+            "smallest|shortest|lowest|minimum time to|until collision|contact",
+            (Ttc, false, true),
+        ),
+        (
             "smallest|shortest|lowest distance|gap|clearance",
             (Distance, false, true),
         ),
@@ -124,6 +133,8 @@ impl Speech<'_> {
     /// How a distance or a speed is said to change.
     pub(super) fn trends(&self, clause: &Clause, found: &mut Vec<Said>) {
         let nouns = NOUNS.all(self.tokens, clause.at.clone());
+        self.constant(clause, &nouns, found);
+        self.steady(clause, found);
         let trends = TRENDS.all(self.tokens, clause.at.clone());
         let [(grows, verb)] = trends.as_slice() else {
             return;
@@ -155,7 +166,10 @@ impl Speech<'_> {
         let is_taken = found
             .iter()
             .any(|s| s.at.start < verb.end && verb.start < s.at.end);
-        if !is_near || is_taken {
+        // "Never fell below 3 m" bounds it.
+        let is_bound = self.is(verb.end, "below under above over beyond")
+            && clause.at.clone().any(|i| self.is(i, "never not"));
+        if !is_near || is_taken || is_bound {
             return;
         }
         let Some(is_denied) = self.denial(clause, verb.start) else {
@@ -195,7 +209,81 @@ impl Speech<'_> {
                     }
                 }
             }
-            Dimension::Ttc | Dimension::Risk => {}
+            Dimension::Ttc | Dimension::Risk | Dimension::Braking => {}
+        }
+    }
+
+    /// How many are before one that a superlative is of: "the second closest".
+    fn rank(&self, at: usize) -> u8 {
+        match at.checked_sub(1).map(|i| self.tokens[i].word.as_str()) {
+            Some("second") => 1,
+            Some("third") => 2,
+            _ => 0,
+        }
+    }
+
+    /// That a speed stays as it is: "at a steady 82 km/h".
+    fn steady(&self, clause: &Clause, found: &mut Vec<Said>) {
+        let is_speed = |i: usize| {
+            self.tokens.get(i).is_some_and(|t| {
+                t.number.is_some()
+                    && (t.word.ends_with("/h") || t.word.ends_with("m/s") || t.word.ends_with("ph"))
+            })
+        };
+        let at = clause
+            .at
+            .clone()
+            .find(|i| self.is(*i, "constant steady") && is_speed(i + 1));
+        if let Some(at) = at
+            && let Some(is_denied) = self.denial(clause, at)
+        {
+            for of in Self::own(clause) {
+                self.push(
+                    found,
+                    clause,
+                    at..at + 1,
+                    of,
+                    (Predicate::Steady, is_denied),
+                );
+            }
+        }
+    }
+
+    /// That a distance stays as it is: "the gap is steady", "keeps its distance".
+    fn constant(
+        &self,
+        clause: &Clause,
+        nouns: &[(Dimension, Range<usize>)],
+        found: &mut Vec<Said>,
+    ) {
+        const SAME: &str = "constant steady unchanged stable";
+        let Some((_, noun)) = nouns.iter().find(|(of, _)| *of == Dimension::Distance) else {
+            return;
+        };
+        let next = (noun.end..(noun.end + 8).min(clause.at.end)).find(|i| self.is(*i, SAME));
+        let is_said = next.is_some_and(|at| (noun.end..at).all(|i| !self.is(i, "speed velocity")));
+        let keeps = (noun.start.saturating_sub(4).max(clause.at.start)..noun.start)
+            .any(|i| self.is(i, "keeps keep keeping holds maintains maintaining"));
+        let is_own = keeps
+            && (noun.start.saturating_sub(2)..noun.start)
+                .any(|i| self.is(i, "its my our his constant steady"));
+        if !is_said && !is_own {
+            return;
+        }
+        let at = noun.start..next.filter(|_| is_said).map_or(noun.end, |next| next + 1);
+        let Some(is_denied) = self.denial(clause, noun.start.max(at.end - 1)) else {
+            return;
+        };
+        for axis in self.axes(clause, &at) {
+            for id in self.pair(clause) {
+                self.push(
+                    found,
+                    clause,
+                    at.clone(),
+                    Some(id),
+                    (Predicate::KeepsDistance(axis), is_denied),
+                );
+            }
         }
     }
 
@@ -275,6 +363,20 @@ impl Speech<'_> {
             if self.is_of_change(&at) {
                 continue;
             }
+            // "The slower truck" says so itself; "the fastest of the three" is of some.
+            let is_in = self
+                .references
+                .iter()
+                .any(|r| r.says.iter().any(|(_, place)| place.contains(&at.start)));
+            let some = (at.end..at.end + 3).any(|i| {
+                self.is(i, "of among near nearby around close here")
+                    && !(i..i + 3).any(|k| self.is(k, "all every scene"))
+            });
+            // "At its closest" is when.
+            let is_when = at.start > 0 && self.is(at.start - 1, "its their");
+            if is_in || is_most && (some || is_when) {
+                continue;
+            }
             // "The ego is faster than both".
             if clause.who == Who::Ego && of == Dimension::Speed && !is_most {
                 let than = self
@@ -294,6 +396,7 @@ impl Speech<'_> {
                         of,
                         is_more,
                         than: Some(id),
+                        rank: 0,
                     });
                     self.push(found, clause, at.clone(), None, (predicate, is_denied));
                 }
@@ -342,7 +445,12 @@ impl Speech<'_> {
                     _ => continue,
                 }
             };
-            let predicate = Predicate::Compared(Compared { of, is_more, than });
+            let predicate = Predicate::Compared(Compared {
+                of,
+                is_more,
+                than,
+                rank: self.rank(at.start),
+            });
             self.push(found, clause, at, Some(*id), (predicate, is_denied));
         }
         // "Its TTC of 1 s is the smallest".
@@ -363,11 +471,17 @@ impl Speech<'_> {
                 of: *of,
                 is_more: false,
                 than: None,
+                rank: 0,
             });
             self.push(found, clause, at..at + 1, Some(*id), (predicate, is_denied));
         }
         // "Most dangerous: 304".
-        if let (Some(((of, is_more, true), _)), Who::Obstacles(ids)) = (
+        let is_of_some = clause
+            .label
+            .clone()
+            .any(|i| self.is(i, "nearby around close of among here"));
+        if let (false, Some(((of, is_more, true), _)), Who::Obstacles(ids)) = (
+            is_of_some,
             COMPARATIVES
                 .all(self.tokens, clause.label.clone())
                 .first()
@@ -380,6 +494,7 @@ impl Speech<'_> {
                 of,
                 is_more,
                 than: None,
+                rank: 0,
             });
             self.push(
                 found,

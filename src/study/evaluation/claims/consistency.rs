@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use nearmiss_scene::metrics::RiskAspect;
 
-use super::{CheckedClaim, ClaimedValue, Predicate, Quantity};
+use super::{CheckedClaim, Claim, ClaimedValue, Extent, Predicate, Quantity};
 
 /// A claim that contradicts another sentence, or the verdict.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -109,7 +109,13 @@ fn excludes(a: &CheckedClaim, b: &CheckedClaim) -> bool {
     let (one, other) = (&a.claim, &b.claim);
     let is_same =
         one.obstacle == other.obstacle && one.step == other.step && !one.is_past && !other.is_past;
-    if !is_same || one.quantity == Quantity::Plan || other.quantity == Quantity::Plan {
+    let is_now = |claim: &Claim| claim.extent == Extent::Moment && !claim.is_apart;
+    if !is_same
+        || !is_now(one)
+        || !is_now(other)
+        || one.quantity == Quantity::Plan
+        || other.quantity == Quantity::Plan
+    {
         return false;
     }
     match (one.stated, other.stated) {

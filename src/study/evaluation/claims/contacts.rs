@@ -19,13 +19,13 @@ impl Speech<'_> {
         at: Range<usize>,
         found: &mut Vec<Said>,
     ) {
-        const OCCURS: &str = "occurs occurred happens happened detected occurring took exists happening present confirmed observed";
+        const OCCURS: &str = "occur happen occurs occurred happens happened detected occurring took exists happening present confirmed observed";
         let words = &self.tokens[clause.at.clone()];
         let says = |all: &str| words.iter().any(|t| t.is(all));
         let before = |all: &str| {
             (at.start.saturating_sub(3).max(clause.at.start)..at.start).any(|i| self.is(i, all))
         };
-        let after = |all: &str| (at.end..(at.end + 5).min(clause.at.end)).any(|i| self.is(i, all));
+        let after = |all: &str| (at.end..(at.end + 8).min(clause.at.end)).any(|i| self.is(i, all));
         let Some(mut is_denied) = self.denial(clause, at.start) else {
             return;
         };
@@ -125,13 +125,6 @@ impl Speech<'_> {
         }
     }
 
-    /// The whole number that stands before a noun: "2 vehicles".
-    fn digits(&self, noun: usize, numbers: &[Number]) -> Option<usize> {
-        let before = &self.tokens[noun.checked_sub(1)?];
-        let number = numbers[before.number?].as_integer()?;
-        usize::try_from(number).ok()
-    }
-
     /// How many a clause says there are of which something holds: "nobody is ahead of us", "two cars are braking".
     pub fn count(
         &self,
@@ -145,7 +138,22 @@ impl Speech<'_> {
         if !is_said || clause.mood == Mood::Future || clause.is_label {
             return None;
         }
-        const NUMBERS: [&str; 6] = ["one", "two", "three", "four", "five", "six"];
+        if let Some((at, left)) = self.free_lane(clause) {
+            let (from, to) = (
+                self.tokens[at.start].span.start,
+                self.tokens[at.end - 1].span.end,
+            );
+            let stated = ClaimedValue::Count {
+                number: 0,
+                of: Counted::Near(left),
+                types: None,
+            };
+            return Some((from..to, stated));
+        }
+        const NUMBERS: [&str; 12] = [
+            "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten",
+            "eleven", "twelve",
+        ];
         let (number, who) = self.references.iter().find_map(|r| {
             let own = clause.at.contains(&r.at.start) && !r.is_governed && !r.is_compared;
             let first = &self.tokens[r.at.start];
@@ -154,7 +162,7 @@ impl Speech<'_> {
                 Named::Other => { NUMBERS.iter() }
                     .position(|word| first.is(word))
                     .map(|i| i + 1)
-                    .or_else(|| self.digits(r.at.start, numbers)),
+                    .or_else(|| first.word.parse().ok()),
                 _ => None,
             };
             Some((number.filter(|_| own)?, r.at.clone()))
@@ -186,31 +194,72 @@ impl Speech<'_> {
             (is_within && number.unit == Unit::Metre).then_some((i, number.value))
         });
         if let Some((at, metres)) = within {
-            return said(at..at + 1, Counted::Within(metres));
+            let has_more = !PLACES.all(self.tokens, clause.at.clone()).is_empty();
+            return said(at..at + 1, Counted::Within(metres)).filter(|_| !has_more);
         }
-        let acts = VERBS.all(self.tokens, clause.at.clone());
-        // One thing is counted, not two: "ahead in my lane".
-        if !acts.is_empty() && !PLACES.all(self.tokens, clause.at.clone()).is_empty() {
+        // "No car 10 m ahead" is of that length.
+        let has_length = clause.at.clone().any(|i| {
+            let number = self.tokens[i].number.map(|place| &numbers[place]);
+            number.is_some_and(|number| number.unit != Unit::None)
+        });
+        if has_length {
             return None;
         }
-        let act = { acts.iter() }.find_map(|(act, at)| {
+        let all = self.things(clause)?;
+        // "There are ten vehicles around the ego."
+        const AROUND: &str = "around nearby scene total scenario surround surrounding";
+        let is_there = says("there are is surrounded");
+        match all.as_slice() {
+            [] if is_there && says(AROUND) => said(who.clone(), Counted::There),
+            [(at, one)] => said(at.clone(), Counted::Word(*one)),
+            // "Ahead in my lane".
+            [(at, one), (_, other)] if one.quantity() != other.quantity() => {
+                said(at.clone(), Counted::Both(*one, *other))
+            }
+            _ => None,
+        }
+    }
+
+    /// What a clause says of those that it counts, each where it stands; `None` where that is not all read.
+    fn things(&self, clause: &Clause) -> Option<Vec<(Range<usize>, Predicate)>> {
+        let acts = VERBS.all(self.tokens, clause.at.clone());
+        let places = PLACES.all(self.tokens, clause.at.clone());
+        let mut all = Vec::new();
+        for (act, at) in &acts {
             let predicate = match act {
                 Act::Touches => Predicate::Touches,
                 Act::Own(predicate) | Act::Pair(predicate) => *predicate,
                 Act::Approaches | Act::Nears(true) => Predicate::Approaching(None),
                 Act::Nears(false) => Predicate::Receding(None),
+                // "Is left", "remains", "stays".
+                Act::Other | Act::Moves if !places.is_empty() => continue,
                 _ => return None,
             };
-            Some((at.clone(), predicate))
-        });
-        if let Some((at, predicate)) = act {
-            // One thing is counted, not two.
-            return said(at, Counted::Word(predicate)).filter(|_| acts.len() == 1);
+            all.push((at.clone(), predicate));
         }
-        let places = PLACES.all(self.tokens, clause.at.clone());
-        match places.as_slice() {
-            [(Placed::At(side), at)] => said(at.clone(), Counted::Word(Predicate::At(*side))),
-            _ => None,
+        for (place, at) in &places {
+            match place {
+                Placed::At(side) => all.push((at.clone(), Predicate::At(*side))),
+                // "Nobody is left in front".
+                Placed::Field(_) if self.is(at.start, "left") && places.len() > 1 => {}
+                _ => return None,
+            }
         }
+        Some(all)
+    }
+
+    /// The lane beside the ego's that a clause says is free: to the left (true) or right.
+    fn free_lane(&self, clause: &Clause) -> Option<(Range<usize>, bool)> {
+        let lane = clause.at.clone().find(|i| {
+            self.is(*i, "left right")
+                && (self.is(i + 1, "lane") || self.is(i + 1, "hand") && self.is(i + 2, "lane"))
+        })?;
+        let end = lane + 2 + usize::from(self.is(lane + 1, "hand"));
+        let is_subject = (clause.at.start..lane)
+            .all(|i| self.is(i, "the our my and but so while adjacent neighbouring"));
+        let word = (end..clause.at.end).find(|i| self.is(*i, "free empty clear open"))?;
+        let is_plain = self.is(end, "is") && (end + 1..word).all(|i| self.tokens[i].is_filler());
+        (is_subject && is_plain && !self.is(word + 1, "of from for"))
+            .then(|| (lane..word + 1, self.is(lane, "left")))
     }
 }

@@ -3,10 +3,9 @@
 use nearmiss_scene::metrics::Encounter;
 use nearmiss_scene::scenario::{Motion, ObstacleType, Scene};
 
-use super::check::{CheckedClaim, Judgement, bounded, fits};
-use super::truth::worded;
+use super::check::{CheckedClaim, Judgement};
 use super::worded::{Known, STILL, lanelet_words, own_motion, state};
-use super::{ClaimedValue, Compared, Counted, Dimension, Predicate, Quantity, Subject};
+use super::{ClaimedValue, Compared, Counted, Dimension, Predicate, Subject};
 
 /// What is said of the ego itself.
 pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
@@ -14,44 +13,7 @@ pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
     let Some(ego) = scene.ego.track.at(step) else {
         return;
     };
-    let quantity = checked.claim.quantity;
     match checked.claim.stated {
-        ClaimedValue::Number { .. } | ClaimedValue::Bounds { .. } => {
-            let truth = match quantity {
-                Quantity::Speed => ego.velocity.abs(),
-                Quantity::Acceleration => ego.acceleration,
-                Quantity::Heading => ego.pose.heading.to_degrees(),
-                _ => return,
-            };
-            checked.truth = Some(truth);
-            let (holds, decimals, sizes) = match checked.claim.stated {
-                ClaimedValue::Number {
-                    value,
-                    decimals,
-                    rough,
-                    magnitude,
-                } => {
-                    let sizes = magnitude && value >= 0.0;
-                    (
-                        fits(truth, value, (decimals, rough, sizes)),
-                        decimals,
-                        sizes,
-                    )
-                }
-                ClaimedValue::Bounds { from, to, decimals } => (
-                    bounded(truth.abs(), from, to, decimals) == Judgement::Right,
-                    decimals,
-                    true,
-                ),
-                _ => return,
-            };
-            checked.is = worded(quantity, truth, decimals, sizes);
-            checked.judgement = if holds {
-                Judgement::Right
-            } else {
-                Judgement::Wrong
-            };
-        }
         ClaimedValue::Count { number, of, types } => {
             let (least, most) = counted((of, types), subject, step);
             let number = usize::from(number);
@@ -62,6 +24,8 @@ pub(super) fn of_ego(checked: &mut CheckedClaim, subject: &Subject<'_>) {
                 format!("{least} to {most}")
             };
             checked.judgement = match (least, most) {
+                // "One car is ahead" tells of one of them.
+                _ if number == 1 && least > 1 => Judgement::Unknown("there are more of them"),
                 _ if !(least..=most).contains(&number) => Judgement::Wrong,
                 _ if least == most => Judgement::Right,
                 _ => Judgement::Unknown("of some it cannot be told"),
@@ -140,6 +104,9 @@ fn faster(compared: Compared, scene: &Scene, ego: &Motion, step: i64) -> Option<
     })
 }
 
+/// Who is farther along the road than this is not in the way, metres.
+const FREE: f64 = 8.0;
+
 /// Of how many something holds at a step, at least and at most; "cars" may mean all vehicles.
 fn counted(
     (of, types): (Counted, Option<(ObstacleType, ObstacleType)>),
@@ -151,15 +118,28 @@ fn counted(
         let Some(encounter) = Encounter::at(subject.scene, &who, step) else {
             continue;
         };
+        let word = |predicate| state(predicate, subject, &who, (&encounter, step), &[]).holds;
         let holds = match of {
+            Counted::There => Ok(true),
             Counted::Within(metres) => Ok(encounter.distance() <= metres),
-            Counted::Word(predicate) => {
-                state(predicate, subject, &who, (&encounter, step), &[]).holds
-            }
+            Counted::Word(predicate) => word(predicate),
+            Counted::Both(one, other) => match (word(one), word(other)) {
+                (Ok(false), _) | (_, Ok(false)) => Ok(false),
+                (Ok(true), Ok(true)) => Ok(true),
+                (Err(why), _) | (_, Err(why)) => Err(why),
+            },
+            // A lane is free of those who are far.
+            Counted::Near(left) => match word(Predicate::NeighbourLane(left)) {
+                Ok(true) if encounter.relation().gap_long.abs() > FREE => Err("it is not near"),
+                holds => holds,
+            },
         };
         let kind = who.obstacle.kind;
-        let is_of = types.is_none_or(|(one, other)| kind == one || kind == other);
-        let may_be = is_of || types.is_some_and(|(one, _)| one == ObstacleType::Car);
+        // "Vehicles" may be all that are there.
+        let is_of = types.map_or(kind != ObstacleType::Pedestrian, |(one, other)| {
+            kind == one || kind == other
+        });
+        let may_be = is_of || types.is_none_or(|(one, _)| one == ObstacleType::Car);
         least += usize::from(holds == Ok(true) && is_of);
         most += usize::from(holds != Ok(false) && may_be);
     }

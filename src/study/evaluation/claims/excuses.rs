@@ -27,18 +27,21 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
         };
         return excuse(&end, subject, step);
     }
-    let ClaimedValue::Number {
-        value, decimals, ..
-    } = claim.stated
-    else {
-        return None;
-    };
     let holds = |claim: &Claim| at(claim, subject, step).judgement == Judgement::Right;
     let as_other = |quantity| {
         holds(&Claim {
             quantity,
             ..claim.clone()
         })
+    };
+    if claim.quantity == Quantity::Ttc && as_other(Quantity::TtcLat) {
+        return Some("true for the time across the heading alone");
+    }
+    let ClaimedValue::Number {
+        value, decimals, ..
+    } = claim.stated
+    else {
+        return None;
     };
     if turned(claim, subject, step) {
         return Some("the ego stands still; its heading may have been described differently");

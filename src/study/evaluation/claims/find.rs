@@ -3,22 +3,18 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use nearmiss_scene::scenario::Scene;
-
 use super::above::{Above, BOLD, LineKind};
-use super::clauses::{Spoken, Who, clauses};
 use super::mentions::{Mention, begins_with, mentions};
-use super::number::{MentionedTime, Number, Unit, heading_time, name_units, numbers, times};
-use super::references::{Cast, references};
-use super::sentence::Sentence;
+use super::number::{MentionedTime, heading_time, name_units, numbers, times};
+use super::reading::read;
 use super::tables::{row, separator};
-use super::tokens::{is_foreign, tokens};
-use super::{Claim, ClaimedValue};
+use super::tokens::is_foreign;
+use super::{Claim, Subject};
 
 /// Ids and time steps that a text can refer to.
 pub struct MentionContext<'a> {
-    /// The scene; without it nobody is found by a description.
-    pub scene: Option<&'a Scene>,
+    /// What the text is about; without it nobody is found by a description.
+    pub subject: Option<&'a Subject<'a>>,
     /// The step that is meant where none is named.
     pub present: i64,
     /// Whether a trajectory came with the text: what the ego is to do is held against it.
@@ -194,77 +190,6 @@ fn sentence(
     );
     found.extend(claims);
     above.follow(&who, &named);
-}
-
-/// The claims of a sentence, and whom its clauses are about.
-pub fn read(
-    (lower, all, named, start): (&str, &[Number], &[Mention], usize),
-    (times, when, spoken): (&[(usize, Option<i64>)], MentionedTime, &Spoken),
-    (above, asks_place): (&str, bool),
-    world: &MentionContext<'_>,
-) -> (Vec<Claim>, Vec<Who>) {
-    let step = match when {
-        MentionedTime::Step(step) => Some(step),
-        _ => None,
-    };
-    let tokens = tokens(lower, all);
-    let cast = Cast {
-        scene: world.scene,
-        step: step.unwrap_or(world.present),
-    };
-    let references = references(&tokens, named, cast);
-    let clauses = clauses(&tokens, &references, spoken);
-    let who = clauses.iter().map(|clause| clause.who.clone()).collect();
-    let taken: Vec<bool> = all
-        .iter()
-        .enumerate()
-        .map(|(i, n)| {
-            times.iter().any(|(place, _)| *place == i)
-                || (n.unit == Unit::None && n.as_integer().is_some())
-        })
-        .collect();
-    let sentence = Sentence {
-        lower,
-        numbers: all,
-        taken: &taken,
-        tokens: &tokens,
-        references: &references,
-        clauses: &clauses,
-        ego: world.ego,
-        start,
-        above,
-        asks_place,
-        both: spoken.both,
-        has_trajectory: world.has_trajectory,
-        step,
-    };
-    let mut claims = sentence.claims();
-    if when == MentionedTime::Unclear {
-        // Of several times, each is that of its clause, or of the one before that names none.
-        let timed: Vec<(usize, Option<i64>)> = { times.iter() }
-            .map(|(place, step)| (all[*place].span.start, *step))
-            .collect();
-        let ends: Vec<usize> = { clauses.iter() }
-            .filter_map(|clause| Some(start + tokens.get(clause.at.end - 1)?.span.end))
-            .collect();
-        let clause_of = |at: usize| ends.iter().position(|end| at < *end);
-        claims.retain_mut(|claim| {
-            if matches!(claim.stated, ClaimedValue::Change { .. }) {
-                return true;
-            }
-            let own = clause_of(claim.span.start);
-            let of = |clause: Option<usize>| {
-                let mut all = timed
-                    .iter()
-                    .filter(|(at, _)| clause_of(start + at) == clause);
-                let first = all.next()?;
-                all.all(|other| other.1 == first.1).then_some(first.1)?
-            };
-            claim.step = of(own).or_else(|| of(own.map(|clause| clause + 1)));
-            claim.step.is_some()
-        });
-    }
-    (claims, who)
 }
 
 /// The level of a heading: 1 for `#`, more for deeper ones; lines in bold are the deepest, a boundary is above all.

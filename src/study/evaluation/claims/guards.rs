@@ -7,7 +7,7 @@ use super::clauses::Clause;
 use super::number::{Number, Unit};
 use super::references::{Named, Reference};
 use super::tokens::{Lexicon, Token};
-use super::{Claim, ClaimedValue, Predicate, Quantity};
+use super::{Claim, ClaimedValue, Extent, Predicate, Quantity};
 
 /// How much is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,20 +41,19 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
         ("=except|=besides|=excluding", Sentence),
         ("=followed|=tailgated by", Sentence),
         (
-            "=second|=third|=fourth|=next closest|nearest|fastest|slowest|furthest|farthest|largest|smallest",
+            "=fourth|=next closest|nearest|fastest|slowest|furthest|farthest|largest|smallest",
             Sentence,
         ),
         ("not =a single", Sentence),
+        ("not =always|=constantly|=permanently|=continuously", Clause),
         ("hardly any", Sentence),
         // Times and extremes that are not looked up.
-        ("=initial|=maximum|=max|=average|=mean|=peak", Numbers),
+        ("=initial|=average|=mean", Numbers),
         (
             "=safe|=desired|=required|=recommended|=legal distance|gap|speed|headway|ttc|limit",
             Numbers,
         ),
-        ("since beginning|start", Clause),
-        ("always been|had", Clause),
-        ("=grew|=doubled|=halved|=tripled", Clause),
+        ("=doubled|=halved|=tripled", Clause),
         // Parts and multiples.
         ("half|=double|=twice|=triple of|the|as|that", Numbers),
         (
@@ -69,7 +68,7 @@ static GUARDS: LazyLock<Lexicon<Reach>> = LazyLock::new(|| {
             Clause,
         ),
         ("=leaving|=leaves|=leave me|us behind", Clause),
-        ("=tailgate|=tailgating|=reversing|=speeding", Clause),
+        ("=reversing", Clause),
         // Where it is hit.
         ("from behind|=front|=rear|=left|=right|=side", Contacts),
         (
@@ -130,7 +129,10 @@ impl Guarded<'_> {
     fn is_all_changed(&self) -> bool {
         let all = self.tokens.len();
         let says = GUARDS.all(self.tokens, 0..all);
-        if says.iter().any(|(reach, _)| *reach == Reach::Sentence) {
+        // "Nothing is wrong" denies no sentence.
+        let is_said =
+            |at: &Range<usize>| at.start > 0 && self.is(at.start - 1, "nothing something what");
+        if { says.iter() }.any(|(reach, at)| *reach == Reach::Sentence && !is_said(at)) {
             return true;
         }
         // "Were 7 braking", "in 0.8 s, 7 touches us".
@@ -138,13 +140,12 @@ impl Guarded<'_> {
             && self.number(1).is_some_and(|n| n.unit == Unit::Second)
             && self.is(2, ", the vehicle obstacle car it we i ego");
         let opens = self.is(0, "were provided whenever assuming example");
-        // "Nobody but 7", "only 7", "7 alone", "the only one".
+        // "Nobody but 7", "just 7", "7 alone".
         let excepts = (0..all).any(|i| {
             let next = self.names(i + 1) && !self.is(i + 1, "it we i");
             let denies = (i.saturating_sub(4)..i)
                 .any(|k| self.is(k, "no none nobody every all any each everyone"));
             self.is(i, "but") && next && denies
-                || self.is(i, "only") && (i > 0 && self.is(i - 1, "the") || next)
                 || self.is(i, "just") && i == 0 && next
                 || self.is(i, "alone")
         });
@@ -227,23 +228,16 @@ impl Guarded<'_> {
         let turned = claim.quantity == Quantity::Side
             && (says("heading headed facing oriented pointing angled degrees")
                 || self.lower.contains('°'));
-        // "Brakes hard", "accelerates gently": how much words mean is not told.
-        let how_much =
-            matches!(
-                claim.stated,
-                ClaimedValue::Word {
-                    predicate: Predicate::Braking | Predicate::Accelerating,
-                    ..
-                }
-            ) && says("hard harshly heavily sharply abruptly gently mildly aggressively violently");
         // "Hits us at 7.5 m/s" is the speed then; "a stationary queue" is not whom the clause is about.
         let then = is_number
             && matches!(claim.quantity, Quantity::Speed | Quantity::ClosingSpeed)
+            && claim.step.is_none()
             && says("hits hit strikes touches collides crashes impact");
         let of_another =
             claim.is_of_ego && claim.quantity == Quantity::Speed && { clause.at.clone() }.any(
                 |i| {
                     self.is(i, "stationary standing stopped parked")
+                        && !self.is(i + 1, "still")
                         && i > 0
                         && self.is(i - 1, "a the some")
                 },
@@ -259,9 +253,8 @@ impl Guarded<'_> {
             || denied
             || noun
             || turned
-            || how_much
             || then
             || of_another
-            || smallest && !claim.named
+            || smallest && !claim.named && claim.extent == Extent::Moment
     }
 }

@@ -25,11 +25,17 @@ impl Sentence<'_> {
             let Some(clause) = self.clause(span.start) else {
                 continue;
             };
+            // "Obstacle 7 is not on lanelet 120" denies it of one alone.
+            let is_denied = at > 1 && self.is(at - 1, IN) && self.is(at - 2, "not");
             let value = ClaimedValue::Word {
                 predicate: Predicate::OnLanelet(id),
-                is_denied: false,
+                is_denied,
             };
-            for of in self.on_lanelet(clause, at, end) {
+            let all = self.on_lanelet(clause, at, end);
+            if is_denied && all.len() > 1 {
+                continue;
+            }
+            for of in all {
                 let is_past = clause.mood == Mood::Past;
                 found.push(self.claim(span.clone(), (of, is_past), Quantity::Way, value));
             }
@@ -75,8 +81,9 @@ impl Sentence<'_> {
             return vec![self.ego];
         }
         let is_said = matches!(clause.mood, Mood::Said | Mood::Past);
-        let before =
-            &self.lower[self.tokens[clause.at.start].span.start..self.tokens[at].span.start];
+        let denial = at > clause.at.start + 1 && self.is(at - 2, "not");
+        let to = self.tokens[if denial { at - 2 } else { at }].span.start;
+        let before = &self.lower[self.tokens[clause.at.start].span.start..to];
         let is_in = at == clause.at.start || self.is(at - 1, IN);
         if !is_said || !is_in || denies(before) {
             return Vec::new();

@@ -3,7 +3,9 @@
 use nearmiss_scene::metrics::RiskAspect;
 use nearmiss_scene::scenario::ObstacleType;
 
-use super::{Claim, ClaimedValue, Compared, Counted, Dimension, Predicate, Quantity, Side};
+use super::{
+    Claim, ClaimedValue, Compared, Counted, Dimension, Event, Extent, Predicate, Quantity, Side,
+};
 
 /// A claim as a sentence of the claim language. Its time is that of [`Claim::step`], as a step of the recording.
 #[must_use]
@@ -63,14 +65,26 @@ fn said(claim: &Claim, who: &str) -> String {
             };
             format!("the {noun} of {who} is {bounds}")
         }
-        ClaimedValue::Change { from, to, decimals } => {
+        ClaimedValue::Change {
+            from,
+            to,
+            decimals,
+            rough,
+        } => {
             let decimals = usize::from(decimals);
+            let about = if rough { "about " } else { "" };
             format!(
-                "the {noun} of {who} changes from {from:.decimals$} {unit} to {to:.decimals$} {unit}"
+                "the {noun} of {who} changes from {about}{from:.decimals$} {unit} to {to:.decimals$} {unit}"
             )
         }
         ClaimedValue::Side(side) => format!("{who} is {}", place(side)),
-        ClaimedValue::Contact => format!("{who} touches the ego"),
+        ClaimedValue::Contact | ClaimedValue::Event(Event::Contact) => {
+            format!("{who} touches the ego")
+        }
+        ClaimedValue::Event(Event::Closest) => {
+            format!("the minimum distance of {who} is reached")
+        }
+        ClaimedValue::Event(Event::Passing) => format!("{who} passes the ego"),
         ClaimedValue::Word {
             predicate,
             is_denied,
@@ -144,10 +158,16 @@ fn word(predicate: Predicate, is_denied: bool, who: &str) -> String {
         Predicate::Receding(of) => format!("moving away from the ego{}", axis(of)),
         Predicate::Braking => "braking".into(),
         Predicate::Accelerating => "accelerating".into(),
+        Predicate::Hard(brakes) | Predicate::Gentle(brakes) => {
+            let verb = if brakes { "braking" } else { "accelerating" };
+            let is_hard = matches!(predicate, Predicate::Hard(_));
+            format!("{verb} {}", if is_hard { "hard" } else { "gently" })
+        }
         Predicate::FasterThanEgo => "faster than the ego".into(),
         Predicate::SlowerThanEgo => "slower than the ego".into(),
         Predicate::SameWay => "driving in the same direction as the ego".into(),
         Predicate::Oncoming => "driving in the opposite direction".into(),
+        Predicate::Parallel => "moving parallel to the ego".into(),
         Predicate::Moving => "moving".into(),
         Predicate::Turning(left) => format!("turning {}", if left { "left" } else { "right" }),
         Predicate::Crossing => "crossing the path of the ego".into(),
@@ -163,42 +183,15 @@ fn word(predicate: Predicate, is_denied: bool, who: &str) -> String {
         Predicate::SameLanelet => "on the same lanelet as the ego".into(),
         Predicate::OtherLanelet => "on a different lanelet".into(),
         Predicate::OnLanelet(id) => format!("on lanelet {id}"),
-        Predicate::Compared(Compared {
-            of: of @ (Dimension::Distance | Dimension::Speed),
-            is_more,
-            than,
-        }) => {
-            let (more, most) = match (of, is_more) {
-                (Dimension::Distance, true) => {
-                    ("farther from the ego", "the farthest from the ego")
-                }
-                (Dimension::Distance, false) => ("closer to the ego", "the closest to the ego"),
-                (_, true) => ("faster", "the fastest"),
-                (_, false) => ("slower", "the slowest"),
+        Predicate::Compared(compared) => return comparison(compared, is_denied, who),
+        Predicate::KeepsDistance(of) => {
+            let keeps = if is_denied { "does not keep" } else { "keeps" };
+            let along = match of {
+                None => "",
+                Some(true) => "longitudinal ",
+                Some(false) => "lateral ",
             };
-            match than {
-                Some(id) => format!("{more} than obstacle {id}"),
-                None => most.into(),
-            }
-        }
-        Predicate::Compared(Compared { of, is_more, than }) => {
-            let more = match (of, is_more) {
-                (Dimension::Ttc, true) => "a longer TTC",
-                (Dimension::Ttc, false) => "a shorter TTC",
-                (_, true) => "a higher risk",
-                (_, false) => "a lower risk",
-            };
-            let most = match (of, is_more) {
-                (Dimension::Ttc, true) => "the longest TTC",
-                (Dimension::Ttc, false) => "the shortest TTC",
-                (_, true) => "the highest risk",
-                (_, false) => "the lowest risk",
-            };
-            let has = if is_denied { "does not have" } else { "has" };
-            return match than {
-                Some(id) => format!("{who} {has} {more} than obstacle {id}"),
-                None => format!("{who} {has} {most}"),
-            };
+            return format!("{who} {keeps} its {along}distance");
         }
         Predicate::Signed(long, positive) => {
             let has = if is_denied { "does not have" } else { "has" };
@@ -222,6 +215,39 @@ fn word(predicate: Predicate, is_denied: bool, who: &str) -> String {
     format!("{who} is {}{being}", if is_denied { "not " } else { "" })
 }
 
+/// More or less than another one, or than all.
+fn comparison(compared: Compared, is_denied: bool, who: &str) -> String {
+    let (more, most) = match (compared.of, compared.is_more) {
+        (Dimension::Distance, true) => ("farther from the ego", "farthest from the ego"),
+        (Dimension::Distance, false) => ("closer to the ego", "closest to the ego"),
+        (Dimension::Speed, true) => ("faster", "fastest"),
+        (Dimension::Speed, false) => ("slower", "slowest"),
+        (Dimension::Ttc, true) => ("a longer TTC", "longest TTC"),
+        (Dimension::Ttc, false) => ("a shorter TTC", "shortest TTC"),
+        (Dimension::Risk, true) => ("a higher risk", "highest risk"),
+        (Dimension::Risk, false) => ("a lower risk", "lowest risk"),
+        // Nobody is said to brake less.
+        (Dimension::Braking, _) => ("braking harder", "braking the hardest"),
+    };
+    let is_own = matches!(compared.of, Dimension::Ttc | Dimension::Risk);
+    let verb = match (is_own, is_denied) {
+        (true, false) => "has",
+        (true, true) => "does not have",
+        (false, false) => "is",
+        (false, true) => "is not",
+    };
+    let rank = match compared.rank {
+        0 => "",
+        1 => "second ",
+        _ => "third ",
+    };
+    match compared.than {
+        Some(id) => format!("{who} {verb} {more} than obstacle {id}"),
+        None if compared.of == Dimension::Braking => format!("{who} {verb} {most}"),
+        None => format!("{who} {verb} the {rank}{most}"),
+    }
+}
+
 /// How many there are of which something holds.
 fn count(number: u8, of: Counted, types: Option<(ObstacleType, ObstacleType)>) -> String {
     let noun = match types {
@@ -238,13 +264,24 @@ fn count(number: u8, of: Counted, types: Option<(ObstacleType, ObstacleType)>) -
         _ if noun == "bus" => ("buses".into(), "are"),
         _ => (format!("{noun}s"), "are"),
     };
+    let counted = format!("{number} {noun}");
+    let of_them =
+        |predicate| word(predicate, false, &counted).replacen(" is ", &format!(" {is} "), 1);
     match of {
+        Counted::There => format!("there {is} {counted} around the ego"),
+        Counted::Near(left) => {
+            format!("the {} lane is free", if left { "left" } else { "right" })
+        }
+        Counted::Both(one, other) => {
+            let first = of_them(one);
+            let second = of_them(other);
+            format!(
+                "{first} {}",
+                second.replacen(&format!("{counted} {is} "), "", 1)
+            )
+        }
         Counted::Within(metres) => format!("{number} {noun} {is} within {metres} m of the ego"),
-        Counted::Word(predicate) => word(predicate, false, &format!("{number} {noun}")).replacen(
-            " is ",
-            &format!(" {is} "),
-            1,
-        ),
+        Counted::Word(predicate) => of_them(predicate),
     }
 }
 
@@ -261,6 +298,8 @@ pub fn samples(id: i64, other: i64, ego: i64) -> Vec<Claim> {
         quantity,
         stated,
         step: None,
+        extent: Extent::Moment,
+        is_apart: false,
     };
     let number = |value: f64, decimals: u8| ClaimedValue::Number {
         value,
@@ -307,6 +346,7 @@ pub fn samples(id: i64, other: i64, ego: i64) -> Vec<Claim> {
                 from: 9.0,
                 to: 7.5,
                 decimals: 1,
+                rough: false,
             },
         ),
         (
@@ -364,16 +404,19 @@ pub fn samples(id: i64, other: i64, ego: i64) -> Vec<Claim> {
         left: None,
     };
     let truck = Some((ObstacleType::Truck, ObstacleType::Truck));
-    for (of, types) in [
-        (Counted::Word(Predicate::At(ahead)), None),
-        (Counted::Word(Predicate::Braking), truck),
-        (Counted::Within(10.0), None),
+    for (number, of, types) in [
+        (2, Counted::Word(Predicate::At(ahead)), None),
+        (2, Counted::Word(Predicate::Braking), truck),
+        (2, Counted::Within(10.0), None),
+        (2, Counted::There, None),
+        (
+            2,
+            Counted::Both(Predicate::At(ahead), Predicate::SameLane),
+            None,
+        ),
+        (0, Counted::Near(true), None),
     ] {
-        let stated = ClaimedValue::Count {
-            number: 2,
-            of,
-            types,
-        };
+        let stated = ClaimedValue::Count { number, of, types };
         all.push(Claim {
             obstacle: ego,
             is_of_ego: true,
@@ -401,7 +444,14 @@ pub fn samples(id: i64, other: i64, ego: i64) -> Vec<Claim> {
 
 /// What the language has in words.
 fn predicates(other: i64) -> Vec<Predicate> {
-    let compared = |of, is_more, than| Predicate::Compared(Compared { of, is_more, than });
+    let compared = |of, is_more, than| {
+        Predicate::Compared(Compared {
+            of,
+            is_more,
+            than,
+            rank: 0,
+        })
+    };
     let mut all = vec![
         Predicate::Approaching(None),
         Predicate::Approaching(Some(true)),
@@ -410,12 +460,17 @@ fn predicates(other: i64) -> Vec<Predicate> {
         Predicate::Receding(Some(true)),
         Predicate::Braking,
         Predicate::Accelerating,
+        Predicate::Hard(true),
+        Predicate::Gentle(false),
         Predicate::Steady,
+        Predicate::KeepsDistance(None),
+        Predicate::KeepsDistance(Some(false)),
         Predicate::Moving,
         Predicate::FasterThanEgo,
         Predicate::SlowerThanEgo,
         Predicate::SameWay,
         Predicate::Oncoming,
+        Predicate::Parallel,
         Predicate::Signed(true, false),
         Predicate::Signed(false, true),
         Predicate::Turning(true),
@@ -436,6 +491,16 @@ fn predicates(other: i64) -> Vec<Predicate> {
         Predicate::Touches,
         Predicate::WillTouch,
     ];
+    all.extend([
+        compared(Dimension::Braking, true, Some(other)),
+        compared(Dimension::Braking, true, None),
+        Predicate::Compared(Compared {
+            of: Dimension::Distance,
+            is_more: false,
+            than: None,
+            rank: 1,
+        }),
+    ]);
     for of in [
         Dimension::Distance,
         Dimension::Speed,

@@ -21,8 +21,29 @@ impl Speech<'_> {
                 at += 1;
                 continue;
             };
+            // "Drops back on the left": "back" is of the verb.
+            let is_of_verb = self.is(at, "back")
+                && at > clause.at.start
+                && self.is(
+                    at - 1,
+                    "drop drops dropping dropped fall falls falling fell",
+                );
+            if is_of_verb {
+                at += 1;
+                continue;
+            }
             let here = at..end;
             at = end;
+            // "Having left the truck behind" is a verb.
+            let is_verb = self.is(here.start, "left")
+                && here.len() == 1
+                && self
+                    .references
+                    .iter()
+                    .any(|r| r.at.start == end && !r.is_governed);
+            if is_verb {
+                continue;
+            }
             let inside = |(_, s): &(_, Range<usize>)| s.start < here.end && here.start < s.end;
             if self.references.iter().any(|r| r.says.iter().any(inside)) {
                 continue;
@@ -66,6 +87,7 @@ impl Speech<'_> {
             let side = match place {
                 Placed::At(side) => side,
                 Placed::Field(side) if is_origin || self.is_field(clause, &here) => side,
+                Placed::Beside if clause.mood == Mood::Future => continue,
                 Placed::Beside => {
                     for id in self.pair(clause) {
                         if let Some(is_denied) = self.denial(clause, here.start) {
@@ -249,11 +271,16 @@ impl Speech<'_> {
             && at
                 .clone()
                 .all(|i| self.reference_at(i).is_some() || self.is(i, "and ,"));
-        let Some((act, end)) = VERBS
-            .at(&self.tokens[..label.end], label.start)
-            .filter(|_| is_list)
-        else {
+        let is_denied = self.is(label.start, "not");
+        let first = label.start + usize::from(is_denied);
+        let found_act = VERBS.at(&self.tokens[..label.end], first);
+        let Some((act, end)) = found_act.filter(|_| is_list) else {
             return;
+        };
+        let act = match act {
+            Act::Moves if is_denied => Act::Stands,
+            _ if is_denied => return,
+            act => act,
         };
         if end != label.end {
             return;

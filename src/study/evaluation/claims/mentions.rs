@@ -195,9 +195,27 @@ fn is_subject(lower: &str, number: &Number) -> bool {
         .collect();
     let is_verb =
         next.len() > 1 && next.ends_with('s') && PLURALS.split(' ').all(|word| word != next);
-    opens
-        && number.unit == Unit::None
-        && (after.starts_with("'s") || after.starts_with(' ') && (is_verb || next == "will"))
+    // "Behind 7", "closer than 52", "the nearest is 7": behind a word that leads to no number.
+    const LEADS: [&str; 9] = [
+        "behind",
+        "than",
+        "ahead of",
+        "in front of",
+        "collision with",
+        "contact with",
+        "beside",
+        "nearest is",
+        "closest is",
+    ];
+    let is_led = LEADS.iter().any(|word| ends_with_word(before, word))
+        && (after.trim_start().is_empty()
+            || !after.starts_with(' ')
+            || next.len() > 1 && !next.ends_with('s'));
+    number.unit == Unit::None
+        && (is_led && !after.starts_with([':', '/', '%']) && number.decimals == 0
+            || opens
+                && (after.starts_with("'s")
+                    || after.starts_with(' ') && (is_verb || next == "will")))
 }
 
 /// Whether the words before a name only compare.
@@ -266,7 +284,7 @@ mod tests {
     fn read(text: &str) -> Vec<(Option<i64>, bool, bool)> {
         let ids = BTreeSet::from([7, 301, 302]);
         let world = MentionContext {
-            scene: None,
+            subject: None,
             present: 0,
             has_trajectory: false,
             ids: &ids,

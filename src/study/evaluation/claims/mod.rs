@@ -4,6 +4,7 @@
 //! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
 mod above;
+mod cast;
 mod check;
 mod clauses;
 mod compared;
@@ -16,13 +17,17 @@ mod guards;
 mod labelled;
 mod lanelets;
 mod language;
+mod lengths;
 mod located;
+mod measured;
 mod mentions;
 mod number;
 mod phrases;
+mod pieces;
 mod places;
 mod plans;
 mod quantity;
+mod reading;
 mod record;
 mod references;
 mod score;
@@ -37,6 +42,7 @@ mod tokens;
 mod traces;
 mod truth;
 mod verbs;
+mod windowed;
 mod worded;
 
 use std::collections::BTreeSet;
@@ -102,6 +108,8 @@ pub enum Quantity {
     Side,
     /// That it touches the ego at a step.
     Contact,
+    /// When something of it happened.
+    Time,
     /// What it does: how its distance or its speed changes.
     Motion,
     /// Where it goes and in which lane it is.
@@ -147,6 +155,7 @@ impl Quantity {
             Self::Acceleration => "acceleration",
             Self::Side => "direction",
             Self::Contact => "contact",
+            Self::Time => "time",
             Self::Motion => "motion",
             Self::Way => "way",
             Self::Risk => "risk score",
@@ -172,6 +181,7 @@ impl Quantity {
             Self::AccelerationLong | Self::AccelerationLat | Self::Acceleration => "m/s²",
             Self::Side
             | Self::Contact
+            | Self::Time
             | Self::Motion
             | Self::Way
             | Self::Comparison
@@ -236,6 +246,8 @@ pub enum ClaimedValue {
     Side(Side),
     /// That the bodies touch.
     Contact,
+    /// That it happened at the step of the claim.
+    Event(Event),
     /// What is said in words.
     Word {
         /// What.
@@ -276,6 +288,41 @@ pub enum ClaimedValue {
     Quotient([(f64, u8); 3]),
 }
 
+/// What happens at a moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// The bodies touch for the first time.
+    Contact,
+    /// They are as close as never else in the window.
+    Closest,
+    /// One passes the other.
+    Passing,
+}
+
+impl std::fmt::Display for Event {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Contact => "first contact",
+            Self::Closest => "closest",
+            Self::Passing => "passing",
+        })
+    }
+}
+
+/// At which steps of the window a claim is to hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Extent {
+    /// At its step.
+    #[default]
+    Moment,
+    /// Its number is the least of the window.
+    Least,
+    /// Its number is the greatest of the window.
+    Most,
+    /// At all of them.
+    All,
+}
+
 /// What is said of an obstacle in words. An axis is that along (true) or across the ego's heading, where one is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Predicate {
@@ -287,8 +334,14 @@ pub enum Predicate {
     Braking,
     /// It gets faster.
     Accelerating,
+    /// It brakes (true) or accelerates hard.
+    Hard(bool),
+    /// It brakes (true) or accelerates a little.
+    Gentle(bool),
     /// It keeps its speed.
     Steady,
+    /// Its distance stays the same.
+    KeepsDistance(Option<bool>),
     /// Faster than the ego.
     FasterThanEgo,
     /// Slower than the ego.
@@ -344,15 +397,24 @@ pub enum Predicate {
 pub enum Counted {
     /// What is said in words.
     Word(Predicate),
+    /// Two such things.
+    Both(Predicate, Predicate),
     /// That the distance is at most so much, metres.
     Within(f64),
+    /// That it is there at all.
+    There,
+    /// That it is in the lane to the left (true) or right of the ego's, and not far.
+    Near(bool),
 }
 
 impl std::fmt::Display for Counted {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Word(predicate) => predicate.fmt(f),
+            Self::Both(one, other) => write!(f, "{one} and {other}"),
             Self::Within(metres) => write!(f, "within {metres} m"),
+            Self::There => f.write_str("there"),
+            Self::Near(left) => write!(f, "{}", Predicate::NeighbourLane(*left)),
         }
     }
 }
@@ -368,6 +430,8 @@ pub enum Dimension {
     Ttc,
     /// Risk: the lower the score, the more.
     Risk,
+    /// How hard it brakes.
+    Braking,
 }
 
 /// A comparison of an obstacle with another one, or with all.
@@ -379,6 +443,8 @@ pub struct Compared {
     pub is_more: bool,
     /// Than which; `None` for all others.
     pub than: Option<i64>,
+    /// Of all, how many are before it: 1 for "the second closest".
+    pub rank: u8,
 }
 
 impl Predicate {
@@ -390,6 +456,9 @@ impl Predicate {
             | Self::Receding(_)
             | Self::Braking
             | Self::Accelerating
+            | Self::Hard(_)
+            | Self::Gentle(_)
+            | Self::KeepsDistance(_)
             | Self::Steady
             | Self::Moving
             | Self::Stops
@@ -429,6 +498,11 @@ impl std::fmt::Display for Predicate {
             Self::Receding(axis) => write!(f, "moving away{}", along(axis)),
             Self::Braking => f.write_str("braking"),
             Self::Accelerating => f.write_str("accelerating"),
+            Self::Hard(true) => f.write_str("braking hard"),
+            Self::Hard(false) => f.write_str("accelerating hard"),
+            Self::Gentle(true) => f.write_str("braking gently"),
+            Self::Gentle(false) => f.write_str("accelerating gently"),
+            Self::KeepsDistance(axis) => write!(f, "keeping its distance{}", along(axis)),
             Self::Steady => f.write_str("at constant speed"),
             Self::FasterThanEgo => f.write_str("faster than the ego"),
             Self::SlowerThanEgo => f.write_str("slower than the ego"),
@@ -446,13 +520,22 @@ impl std::fmt::Display for Predicate {
             Self::NeighbourLane(left) => {
                 write!(f, "in the {} lane", if *left { "left" } else { "right" })
             }
-            Self::Compared(Compared { of, is_more, than }) => {
+            Self::Compared(Compared {
+                of,
+                is_more,
+                than,
+                rank,
+            }) => {
                 let of = match of {
                     Dimension::Distance => "distance",
                     Dimension::Speed => "speed",
                     Dimension::Ttc => "TTC",
                     Dimension::Risk => "risk",
+                    Dimension::Braking => "braking",
                 };
+                if *rank > 0 {
+                    write!(f, "{}. ", rank + 1)?;
+                }
                 match (than, is_more) {
                     (Some(id), true) => write!(f, "more {of} than {id}"),
                     (Some(id), false) => write!(f, "less {of} than {id}"),
@@ -487,8 +570,6 @@ pub struct Claim {
     pub is_past: bool,
     /// Whether only a description of whom is meant says it: "the lead car" is one that is ahead.
     pub is_described: bool,
-    /// Whether it is said of all steps of the window.
-    pub is_throughout: bool,
     /// Whether its own sentence names the obstacle, not only what it stands under.
     pub named: bool,
     /// The claimed quantity.
@@ -497,6 +578,10 @@ pub struct Claim {
     pub stated: ClaimedValue,
     /// The time step that is named; `None` if none is.
     pub step: Option<i64>,
+    /// At which steps it is to hold.
+    pub extent: Extent,
+    /// Whether its clause may speak of another time than the sentences around it: then it contradicts none of them.
+    pub is_apart: bool,
 }
 
 /// What the times in an answer count from.
@@ -580,7 +665,7 @@ pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
     let all = &subject.scene.scenario.obstacles;
     let ids: BTreeSet<i64> = all.iter().map(|o| o.id).collect();
     let world = find::MentionContext {
-        scene: Some(subject.scene),
+        subject: Some(subject),
         present: subject.present(),
         has_trajectory: !subject.trajectory.is_empty(),
         ids: &ids,

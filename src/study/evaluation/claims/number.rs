@@ -187,6 +187,10 @@ fn in_words(text: &str) -> Vec<Number> {
     });
     for (at, unit, end) in units {
         let before = text[..at].to_lowercase();
+        if let Some(one) = one_unit(&before, &text[at..], (at, unit, end)) {
+            found.push(one);
+            continue;
+        }
         let word =
             { WORDS.iter() }.find(|(word, _)| before.len() == at && ends_with_word(&before, word));
         if let Some((word, value)) = word {
@@ -199,6 +203,46 @@ fn in_words(text: &str) -> Vec<Number> {
         }
     }
     found
+}
+
+/// One of a unit that is not written as a number: "a metre", "under a second", "a metre and a half".
+fn one_unit(before: &str, rest: &str, (at, unit, end): (usize, Unit, usize)) -> Option<Number> {
+    const HALF: &str = " and a half";
+    const MEASURED: [&str; 13] = [
+        "than", "under", "within", "about", "in", "almost", "nearly", "roughly", "over", "around",
+        "just", "even", "maybe",
+    ];
+    const ENDS: [&str; 8] = ["before", "away", "off", "until", "from", "to", "of", "or"];
+    let bare = ["a", "an"]
+        .iter()
+        .find(|word| ends_with_word(before, word))?;
+    let start = at - bare.len();
+    let named = rest.trim_start().to_lowercase();
+    let is_whole = ["metre", "meter", "second"]
+        .iter()
+        .any(|name| begins_with_word(&named, name));
+    let lead = before[..start].trim_end();
+    let tail = rest[end - at..].trim_start().to_lowercase();
+    let has_half = tail.starts_with(HALF.trim_start());
+    let is_measured = MEASURED.iter().any(|word| ends_with_word(lead, word))
+        || lead.is_empty()
+        || lead.ends_with(',');
+    let ends = tail.is_empty()
+        || tail.starts_with(['.', ',', ';', ')', '!', '?'])
+        || ENDS.iter().any(|word| begins_with_word(&tail, word));
+    // "A second car".
+    let is_number = is_whole && (has_half || is_measured && ends);
+    let stop = if has_half {
+        end + rest[end - at..].find("half")? + "half".len()
+    } else {
+        end
+    };
+    is_number.then(|| Number {
+        value: if has_half { 1.5 } else { 1.0 },
+        decimals: u8::from(has_half),
+        unit,
+        span: start..stop,
+    })
 }
 
 /// All numbers of a text, in its order.

@@ -17,9 +17,12 @@ pub enum Placed {
 }
 
 /// Words along the ego's heading, and whether they stand only in fields.
-const ALONG: [(&str, bool, bool); 9] = [
+const ALONG: [(&str, bool, bool); 12] = [
     ("in front", true, false),
     ("=ahead", true, false),
+    ("up front", true, false),
+    ("far back", false, false),
+    ("further up ?down road", true, false),
     ("at|to|towards front", true, false),
     ("=behind", false, false),
     ("to|at|in rear|back", false, false),
@@ -101,6 +104,8 @@ pub static PLACES: LazyLock<Lexicon<Placed>> = LazyLock::new(|| {
     }
     for beside in [
         "beside|alongside ?ego|us|me|you ?vehicle|car",
+        "level with",
+        "level with ego|us|me|you ?vehicle|car",
         "next to ego|us|me|you ?vehicle|car",
         "side by side",
         "abreast",

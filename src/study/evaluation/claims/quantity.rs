@@ -1,17 +1,16 @@
 //! Which quantity a number of a sentence is, from the words around it.
 
+use super::Quantity;
 use super::clauses::Who;
 use super::find::ends_with_word;
 use super::number::{
     Number, Unit, axis, divisions, find_axis, from_ego, only_axis, without_reference,
 };
 use super::phrases;
-use super::places::{PLACES, Placed};
-use super::references::Named;
+use super::references::{Named, Reference};
 use super::sentence::Sentence;
 use super::stated::BOUNDS;
-use super::tokens::{denies, has_word};
-use super::{Quantity, Side};
+use super::tokens::{denies, find_word, has_word};
 
 /// Words for lengths other than a distance to the ego.
 pub(super) const OTHER_LENGTHS: &[&str] = &[
@@ -85,11 +84,18 @@ pub(super) fn is_before_contact(after: &str) -> bool {
         .iter()
         .find_map(|word| after.strip_prefix(word));
     let rest = rest.map(|rest| rest.trim_start_matches("the ").trim_start_matches("a "));
-    rest.is_some_and(|rest| {
-        ["impact", "collision", "contact", "crash", "hitting"]
+    // "1.3 s until 305 is reached".
+    let is_reached = after.starts_with("until ") || after.starts_with("before ");
+    let clause = after.split([',', ';', '.']).next().unwrap_or(after);
+    is_reached
+        && ["reached", "reach", "hit"]
             .iter()
-            .any(|word| rest.starts_with(word))
-    })
+            .any(|word| has_word(clause, word))
+        || rest.is_some_and(|rest| {
+            ["impact", "collision", "contact", "crash", "hitting"]
+                .iter()
+                .any(|word| rest.starts_with(word))
+        })
 }
 
 impl Sentence<'_> {
@@ -115,10 +121,19 @@ impl Sentence<'_> {
         let compared = ["lower", "higher", "more ", "less "];
         let is_bound = BOUNDS.iter().any(|(words, _)| said.contains(words));
         let last = place.checked_sub(1).map(|i| self.numbers[i].unit);
-        if self.counted(near, after, last == Some(number.unit))
+        // "Closing at 54 m/s → 2.8 s" and "brakes with 2 m/s² to 5 m/s" are no ranges.
+        let next = self.numbers.get(place + 1);
+        let is_other =
+            next.is_some_and(|next| next.unit != number.unit && number.unit != Unit::None);
+        let is_led = is_other
+            && (after.starts_with(['→', '⇒'])
+                || after.starts_with("->")
+                || after.starts_with("to "));
+        let further = if is_led { "" } else { after };
+        if self.counted(near, further, last == Some(number.unit))
             || denies(&said.replace("barely", "").replace("hardly", "")) && !is_bound
             || compared.iter().any(|word| after.starts_with(word))
-            || self.is_to_another(near)
+            || self.is_to_another(near, number.span.start)
         {
             return None;
         }
@@ -136,8 +151,14 @@ impl Sentence<'_> {
         let own_axis = find_axis(own, after).or(label).or_else(|| axis(self.above));
         let is_short = near.len() < 40 || near.contains(':');
         let named = find_axis(own, after).or(label).or_else(|| {
+            // "Zero lateral offset and 2 m in front".
+            let has_place =
+                !is_bracket && own != near && self.place_behind(number).flatten().is_some();
             let is_near = is_bracket && names_axis_of(near, number.unit)
-                || is_short && !near.contains("laterally") && !near.contains("longitudinally");
+                || is_short
+                    && !has_place
+                    && !near.contains("laterally")
+                    && !near.contains("longitudinally");
             if is_near { axis(near) } else { None }
         });
         // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
@@ -198,6 +219,14 @@ impl Sentence<'_> {
             {
                 Some((Ttc, false))
             }
+            // "Turns by 30°" is a difference.
+            Unit::Degree
+                if ["changes", "change", "changed", "turns", "turned", "differs"]
+                    .iter()
+                    .any(|word| has_word(near, word)) =>
+            {
+                None
+            }
             Unit::Degree
                 if ["chang", "turn", "rotat"]
                     .iter()
@@ -249,23 +278,74 @@ impl Sentence<'_> {
                     "point",
                 ];
                 let is_bound = has_word(near, "at least");
-                let says = |words: &[&str]| words.iter().any(|word| has_word(near, word));
-                if says(&smallest) && says(&lengths) && !is_bound && axis.is_none()
+                // "The nearest follower keeps its distance" names none.
+                let words: Vec<&str> = near
+                    .split(|c: char| !c.is_alphanumeric())
+                    .filter(|w| !w.is_empty())
+                    .collect();
+                let is_smallest = words.iter().enumerate().any(|(i, word)| {
+                    let beside = words[i.saturating_sub(2)..(i + 4).min(words.len())].iter();
+                    smallest.contains(word) && { beside }.any(|word| lengths.contains(word))
+                });
+                let is_closest = ["at its closest", "at its nearest"]
+                    .iter()
+                    .any(|words| self.lower.contains(words));
+                if (is_smallest || is_closest) && !is_bound && axis.is_none()
                     || has_word(near, "as near as")
                     || has_word(near, "as close as")
                 {
                     return Some((MinDistance, true));
                 }
                 if has_word(own, "by")
-                    && ["trails", "leads", "behind", "ahead", "separated", "apart"]
-                        .iter()
-                        .any(|word| has_word(own, word))
+                    && [
+                        "trails",
+                        "trailed",
+                        "led",
+                        "leads",
+                        "behind",
+                        "ahead",
+                        "separated",
+                        "apart",
+                    ]
+                    .iter()
+                    .any(|word| has_word(own, word))
                 {
                     return Some((Distance, true));
                 }
-                if ["avoided", "missed", "cleared", "misses", "clears"]
-                    .iter()
-                    .any(|word| has_word(own, word))
+                const PASSED: [&str; 22] = [
+                    "avoided",
+                    "missed",
+                    "cleared",
+                    "misses",
+                    "clears",
+                    "passed",
+                    "passes",
+                    "slipped past",
+                    "slips past",
+                    "went by",
+                    "goes by",
+                    "went past",
+                    "came within",
+                    "came to within",
+                    "come within",
+                    "come to within",
+                    "comes within",
+                    "got within",
+                    "gets within",
+                    "came no closer than",
+                    "came no nearer than",
+                    "came closer than",
+                ];
+                // "Passed with a clearance of 2 m", "passes with 2 m to spare".
+                let clears = after.starts_with("to spare")
+                    || after.starts_with("clearance")
+                    || has_word(near, "clearance");
+                let earlier = &self.lower[..number.span.start];
+                let is_passing = PASSED.iter().any(|word| has_word(own, word))
+                    || clears
+                        && axis.is_none()
+                        && PASSED.iter().any(|word| has_word(earlier, word));
+                if is_passing && !after.starts_with("later") && self.place_behind(number).is_none()
                 {
                     return Some((MinDistance, true));
                 }
@@ -293,10 +373,14 @@ impl Sentence<'_> {
                         true,
                     ));
                 }
-                // "Longitudinal MDC".
-                let is_other = |word: &&&str| **word != "mdc" || own_axis.is_none();
-                let mut others = OTHER_LENGTHS.iter().filter(is_other);
-                if others.any(|word| has_word(own, word))
+                // "In the lane at 54 m"; "the minimum lateral gap" is that of the window; "longitudinal MDC".
+                let is_length = |word: &&&str| match **word {
+                    "lane" => last.first() == Some(&"lane"),
+                    "minimum" | "min" if axis.is_some() => false,
+                    "mdc" if own_axis.is_some() => false,
+                    word => has_word(own, word),
+                };
+                if OTHER_LENGTHS.iter().any(|word| is_length(&word))
                     || axis.is_none()
                         && ["mdc", "dce", "min"]
                             .iter()
@@ -325,6 +409,10 @@ impl Sentence<'_> {
                 .iter()
                 .any(|word| has_word(&near_or_above, word))
                     || after.starts_with("distance")
+                    || after.starts_with("to spare")
+                    || ["of clearance", "of room", "of space", "of distance"]
+                        .iter()
+                        .any(|words| after.starts_with(words))
                     || phrases::away_from_the_ego(after)
                     || [
                         "from us",
@@ -346,7 +434,7 @@ impl Sentence<'_> {
                         && number.value >= 0.0
                         && !["this gap", "this distance"]
                             .iter()
-                            .any(|words| near.contains(words)) =>
+                            .any(|words| own.contains(words)) =>
                     {
                         Some((Distance, false))
                     }
@@ -378,8 +466,18 @@ impl Sentence<'_> {
                     None if relative(&said) && !is_of_ego && after.starts_with("in both ") => {
                         Some((VelocityLong, false))
                     }
+                    // "1.6 m/s faster than us", "faster by 0.5 m/s".
+                    None if after.starts_with("faster")
+                        || after.starts_with("slower")
+                        || ends_with_word(near.trim_end(), "by")
+                            && ["faster", "slower"].iter().any(|word| has_word(own, word)) =>
+                    {
+                        Some((VelocityLong, true))
+                    }
                     None if [
                         "closing",
+                        "approach",
+                        "meets",
                         "closes",
                         "approaching",
                         "approaches",
@@ -389,7 +487,10 @@ impl Sentence<'_> {
                         "shrinking",
                     ]
                     .iter()
-                    .any(|word| has_word(near, word))
+                    .any(|word| self.is_beside(near, word, number))
+                        || ["close at", "close with", "approach at"]
+                            .iter()
+                            .any(|words| near.trim_end().ends_with(words))
                         || ["relative", "closing"]
                             .iter()
                             .any(|word| after.starts_with(word))
@@ -397,9 +498,8 @@ impl Sentence<'_> {
                     {
                         Some((ClosingSpeed, true))
                     }
-                    // "1.6 m/s faster than us", "faster by 0.5 m/s".
-                    None if after.starts_with("faster")
-                        || after.starts_with("slower")
+                    None if after.starts_with("below its own")
+                        || after.starts_with("above its own")
                         || ["faster", "slower"].iter().any(|word| has_word(near, word)) =>
                     {
                         Some((VelocityLong, true))
@@ -455,6 +555,7 @@ impl Sentence<'_> {
                         let is_second = last == Some(Unit::Speed) && near.trim() == ",";
                         let named = slower
                             || near_or_above.contains("accelerat")
+                            || near.trim_end().ends_with("a =")
                             || is_second && !relative(before);
                         named.then_some((Acceleration, slower))
                     }
@@ -463,6 +564,20 @@ impl Sentence<'_> {
             }
             _ => None,
         }
+    }
+
+    /// Whether a word stands before a number, and no obstacle is named in between.
+    fn is_beside(&self, near: &str, word: &str, number: &Number) -> bool {
+        let from = number.span.start - near.len();
+        let Some(at) = find_word(near, word) else {
+            return false;
+        };
+        let is_between = |r: &Reference| {
+            let place = self.tokens[r.at.start].span.start;
+            matches!(r.who, Named::Obstacle(_)) && from + at < place && place < number.span.start
+        };
+        let is_far = near[at..].contains(',');
+        !is_far || !self.references.iter().any(is_between)
     }
 
     /// Whether the number is part of a calculation or of a range.
@@ -480,7 +595,7 @@ impl Sentence<'_> {
                 end.trim_start_matches(['-', '−', '~'])
                     .starts_with(|c: char| c.is_ascii_digit())
             })
-            || after.starts_with("or ")
+            || after.starts_with("or ") && !after.starts_with("or so")
             || near.ends_with("\\times")
             || near.ends_with("\\frac{")
             || after.starts_with("->")
@@ -518,203 +633,6 @@ impl Sentence<'_> {
         }
     }
 
-    /// The place that stands right behind a length: "3 m ahead".
-    pub(super) fn side_behind(&self, number: &Number) -> Option<Side> {
-        let at = self
-            .tokens
-            .iter()
-            .position(|t| t.span.start >= number.span.end)?;
-        let skipped = (at..at + 3)
-            .take_while(|i| {
-                *i == at
-                    || self.tokens.get(i - 1).is_some_and(|t| {
-                        t.word.ends_with("ly") || t.is("straight right further or so (")
-                    })
-            })
-            .find_map(|i| Some((PLACES.at(self.tokens, i)?, i)));
-        let ((Placed::At(side) | Placed::Field(side), end), _) = skipped? else {
-            return None;
-        };
-        // "3 m in front of car 7", "3 m left lane".
-        let follows = self.tokens.get(end);
-        let is_other = self.references.iter().any(|r| {
-            r.at.start <= end + 1
-                && r.at.end > end
-                && !matches!(r.who, Named::Ego)
-                && self.tokens[end..r.at.start.max(end)]
-                    .iter()
-                    .all(|t| t.is("of the a"))
-        });
-        let is_mirrored = self
-            .clause(number.span.start)
-            .is_some_and(|clause| clause.who == Who::Ego);
-        if follows.is_some_and(|t| t.is("lane side")) || is_other && !is_mirrored {
-            return None;
-        }
-        Some(side)
-    }
-
-    /// Whether a length is plainly that to the other: "at 54 m", "within 5 m", "12 m clear", or all that a field says.
-    pub(super) fn is_range(&self, near: &str, after: &str) -> bool {
-        let bare = near.trim_end_matches(['*', ' ', '`', '~', '≈', '"']);
-        const ROUGHLY: [&str; 20] = [
-            "less than",
-            "more than",
-            "under",
-            "over",
-            "at least",
-            "still",
-            "another",
-            "now",
-            "about",
-            "around",
-            "roughly",
-            "only",
-            "just",
-            "some",
-            "approximately",
-            "like",
-            "something",
-            "maybe",
-            "almost",
-            "barely",
-        ];
-        let mut bare = bare;
-        while let Some(rest) = ROUGHLY.iter().find_map(|word| {
-            let rest = bare.strip_suffix(word)?;
-            (!rest.ends_with(char::is_alphanumeric)).then_some(rest)
-        }) {
-            bare = rest.trim_end();
-        }
-        let begins = bare.trim_start_matches(['-', ' ', '*']).is_empty()
-            || bare.ends_with([',', ':', '(', '—', '–', '|', ';']);
-        let words = [
-            "at",
-            "with",
-            "by",
-            "to within",
-            "within",
-            "closer than",
-            "nearer than",
-            "is",
-            "under",
-            "only",
-            "sits",
-            "remains",
-            "stays",
-            "now",
-        ];
-        let ends = |text: &str, words: &[&str]| words.iter().any(|word| ends_with_word(text, word));
-        let first = after
-            .split(|c: char| !c.is_alphanumeric())
-            .next()
-            .unwrap_or_default();
-        let follows = [
-            "away",
-            "off",
-            "apart",
-            "back",
-            "clear",
-            "out",
-            "from",
-            "ahead",
-            "behind",
-            "in",
-            "to",
-            "on",
-            "at",
-            "over",
-            "margin",
-            "gap",
-            "distance",
-            "clearance",
-            "of",
-            "between",
-            "lateral",
-            "laterally",
-        ]
-        .contains(&first);
-        const GOES_ON: [&str; 11] = [
-            "is", "was", "and", "with", "yet", "but", "which", "while", "so", "already", "now",
-        ];
-        let is_last = after.is_empty()
-            || GOES_ON.contains(&first)
-            || after.starts_with(['.', ',', ';', ')', '|', '"', '!', '(', '—', '–']);
-        let is_to_one = first == "to"
-            && after.split_whitespace().nth(1).is_some_and(|word| {
-                ["the", "it", "obstacle", "car", "vehicle", "truck"].contains(&word)
-                    || word.starts_with(|c: char| c.is_ascii_digit())
-            });
-        let is_noun = [
-            "gap",
-            "distance",
-            "clearance",
-            "separation",
-            "headway",
-            "margin",
-        ]
-        .contains(&first);
-        // "3 m away from the kerb".
-        let from = after
-            .find("from ")
-            .filter(|at| *at < 8)
-            .map(|at| &after[at + "from ".len()..]);
-        let is_of_another = from.is_some_and(|rest| {
-            let rest = rest.strip_prefix("the ").unwrap_or(rest);
-            ![
-                "ego", "us", "me", "our", "my", "you", "it", "bumper", "car", "vehicle",
-            ]
-            .iter()
-            .any(|word| rest.starts_with(word))
-        });
-        if is_of_another {
-            return false;
-        }
-        is_to_one
-            || is_noun
-            || follows
-                && !["in", "on", "to"].contains(&first)
-                && ends(
-                    bare,
-                    &["is", "at", "sits", "be", "drives", "stands", "just", ","],
-                )
-            || begins && (is_last || follows)
-            || ends(bare, &words) && (is_last || follows || first == "and" || first == "with")
-    }
-
-    /// Whether seconds are those until the bodies touch: "will collide in 2 s", "impact within 1.5 s".
-    pub(super) fn is_until_contact(&self, near: &str) -> bool {
-        let words = [
-            "collision",
-            "contact",
-            "impact",
-            "hit",
-            "hits",
-            "collide",
-            "collides",
-            "reach",
-            "reaches",
-            "reached",
-        ];
-        let bare = near.trim_end_matches(['*', ' ', '~', '≈']);
-        let bare = [
-            "about",
-            "around",
-            "roughly",
-            "only",
-            "just",
-            "less than",
-            "under",
-            "approximately",
-        ]
-        .iter()
-        .find_map(|word| bare.strip_suffix(word))
-        .unwrap_or(bare)
-        .trim_end();
-        (ends_with_word(bare, "in") || ends_with_word(bare, "within"))
-            && words.iter().any(|word| has_word(bare, word))
-    }
-
     pub(super) fn rough(&self, from: usize, to: usize) -> bool {
         let near = &self.lower[from..to];
         [
@@ -733,6 +651,9 @@ impl Sentence<'_> {
         .iter()
         .any(|word| has_word(near, word))
             || near.contains(['~', '≈'])
+            // "A metre and a half", "half a second".
+            || self.lower[to..].starts_with("a ")
+            || self.lower[to..].starts_with("half a ")
     }
 
     /// A place said in words takes the sign: "3 m behind", "1.9 m to the left".
@@ -740,35 +661,5 @@ impl Sentence<'_> {
         // A number with its sign written is meant with it.
         let shown = &self.lower[number.span.clone()];
         !shown.starts_with(['-', '−', '–', '+'])
-    }
-
-    /// Whether a length is that to something else than the ego or the obstacle: "the distance to the kerb".
-    pub(super) fn is_to_another(&self, near: &str) -> bool {
-        let Some((_, to)) = near
-            .split_once("distance to ")
-            .or_else(|| near.split_once("gap to "))
-        else {
-            return false;
-        };
-        let to = to.strip_prefix("the ").unwrap_or(to);
-        let word = to
-            .split(|c: char| !c.is_alphanumeric())
-            .next()
-            .unwrap_or_default();
-        let known = [
-            "ego",
-            "obstacle",
-            "vehicle",
-            "car",
-            "truck",
-            "it",
-            "us",
-            "collision",
-            "this",
-            "that",
-            "bus",
-            "id",
-        ];
-        !word.is_empty() && !known.contains(&word) && word.parse::<f64>().is_err()
     }
 }

@@ -3,15 +3,13 @@
 use std::ops::Range;
 use std::sync::LazyLock;
 
-use nearmiss_scene::metrics::Encounter;
-use nearmiss_scene::scenario::{LaneRelation, ObstacleType, Scene};
+use nearmiss_scene::scenario::ObstacleType;
 
+use super::cast::{Cast, Description};
 use super::mentions::Mention;
 use super::places::{PLACES, Placed};
 use super::tokens::{Lexicon, Token};
-use super::truth::{crosses, is_at_side, opposes, stands};
 use super::verbs::{Act, VERBS};
-use super::worded::lane_of;
 use super::{Predicate, Side};
 
 /// Who is meant.
@@ -46,6 +44,10 @@ pub struct Reference {
     pub says: Vec<(Described, Range<usize>)>,
     /// Whether it is described as the nearest.
     pub is_nearest: bool,
+    /// Whether it is one that is known: "the car", not "a car".
+    pub is_definite: bool,
+    /// Of a description that fits several, who they are, the nearest first.
+    pub candidates: Vec<i64>,
 }
 
 /// What a description says of whom it means.
@@ -61,7 +63,7 @@ pub enum Described {
 
 /// What nouns call a participant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Noun {
+pub(super) enum Noun {
     /// Any obstacle.
     Any,
     /// One of two types.
@@ -97,7 +99,7 @@ static NOUNS: LazyLock<Lexicon<Noun>> = LazyLock::new(|| {
             of(Type::Motorcycle),
         ),
         ("train|tram", of(Type::Train)),
-        ("somebody|someone", of(Type::Pedestrian)),
+        ("somebody|someone|something", Any),
         ("one|breakdown", Any),
     ])
 });
@@ -135,7 +137,7 @@ static ADJECTIVES: LazyLock<Lexicon<Adjective>> = LazyLock::new(|| {
         ("=left", across(true)),
         ("=right", across(false)),
         (
-            "parked|=stopped|=standing|stationary|static|stalled",
+            "parked|=stopped|=standing|=waiting|stranded|disabled|stationary|static|stalled",
             Says(Stands),
         ),
         ("broken down", Says(Stands)),
@@ -157,7 +159,7 @@ static ADJECTIVES: LazyLock<Lexicon<Adjective>> = LazyLock::new(|| {
             Empty,
         ),
         (
-            "passenger|delivery|=merging|=turning|=approaching|=moving|=passing",
+            "=last|=first|passenger|delivery|=merging|=turning|=approaching|=moving|=passing",
             Empty,
         ),
         (
@@ -178,8 +180,7 @@ const OWNERS: &str = "my our your its his her their mine ours";
 
 /// Words before a noun that single it out, and those that make it several.
 const DETERMINERS: &str = "the a an this that such our my said";
-const SEVERAL: &str =
-    "all every each any some one several many few these those two three four five six multiple";
+const SEVERAL: &str = "all every each any some one several many few these those two three four five six seven eight nine ten eleven twelve multiple";
 
 /// Prepositions that make what follows no subject.
 const PREPOSITIONS: [&str; 37] = [
@@ -222,97 +223,6 @@ const PREPOSITIONS: [&str; 37] = [
     "among",
 ];
 
-/// The participants of a scene at a step, for descriptions.
-#[derive(Clone, Copy)]
-pub struct Cast<'a> {
-    /// The scene; nothing is found by description without it.
-    pub scene: Option<&'a Scene>,
-    /// The step.
-    pub step: i64,
-}
-
-/// What a description asks for.
-#[derive(Default)]
-struct Description {
-    noun: Option<Noun>,
-    side: Option<Side>,
-    lane: Option<bool>,
-    is_in_lane: bool,
-    says: Vec<Described>,
-    is_nearest: bool,
-}
-
-impl Cast<'_> {
-    /// What kind an obstacle is.
-    fn kind(&self, id: i64) -> Option<ObstacleType> {
-        let mut all = self.scene?.participants();
-        let who = all.find(|who| who.obstacle.id == id)?;
-        Some(who.obstacle.kind)
-    }
-
-    /// The only participant that fits, or where several are ahead or behind in the ego's lane, the nearest of them.
-    fn find(&self, asked: &Description) -> Option<i64> {
-        let scene = self.scene?;
-        let fits_type = |kind: ObstacleType| match asked.noun {
-            Some(Noun::Of(one, other)) => kind == one || kind == other,
-            _ => true,
-        };
-        let mut fitting: Vec<(i64, f64, bool)> = Vec::new();
-        for who in scene.participants() {
-            let Some(encounter) = Encounter::at(scene, &who, self.step) else {
-                continue;
-            };
-            let lane = lane_of(scene, &encounter);
-            let in_lane = match lane {
-                Some(LaneRelation::Same | LaneRelation::Ahead | LaneRelation::Behind) => true,
-                None => encounter.relation().gap_lat == 0.0,
-                Some(_) => false,
-            };
-            let is_left = matches!(lane, Some(LaneRelation::Left | LaneRelation::FurtherLeft));
-            let is_right = matches!(lane, Some(LaneRelation::Right | LaneRelation::FurtherRight));
-            let fits = fits_type(who.obstacle.kind)
-                && asked.side.is_none_or(|side| is_at_side(side, &encounter))
-                && asked
-                    .lane
-                    .is_none_or(|left| if left { is_left } else { is_right })
-                && (!asked.is_in_lane || in_lane)
-                && asked.says.iter().all(|said| match said {
-                    Described::Stands => stands(encounter.other),
-                    Described::Is(Predicate::Oncoming) => opposes(&encounter),
-                    Described::Is(Predicate::Crossing) => crosses(&encounter),
-                    // Where no one is both, that is what is wrong.
-                    _ => true,
-                });
-            if fits {
-                fitting.push((who.obstacle.id, encounter.distance(), in_lane));
-            }
-        }
-        let nearest = |all: &[(i64, f64, bool)]| {
-            { all.iter() }
-                .min_by(|a, b| a.1.total_cmp(&b.1))
-                .map(|one| one.0)
-        };
-        let along = asked
-            .side
-            .is_some_and(|side| side.front.is_some() && side.left.is_none());
-        let in_lane: Vec<_> = fitting.iter().copied().filter(|one| one.2).collect();
-        // Of several the one that is plainly nearer than the others.
-        let plainly = |all: &[(i64, f64, bool)]| {
-            let id = nearest(all)?;
-            let own = { all.iter() }.find(|one| one.0 == id)?.1;
-            let is_plain = { all.iter() }.all(|one| one.0 == id || one.1 > 1.5 * own + 3.0);
-            is_plain.then_some(id)
-        };
-        match fitting.as_slice() {
-            [] => None,
-            [one] => Some(one.0),
-            all if asked.is_nearest => nearest(all),
-            _ if along && !in_lane.is_empty() => nearest(&in_lane),
-            all => plainly(all),
-        }
-    }
-}
-
 /// The references of a sentence; `ids` are those that [`super::mentions::mentions`] has found in it.
 pub fn references(tokens: &[Token], ids: &[Mention], cast: Cast<'_>) -> Vec<Reference> {
     let reader = Reader { tokens, ids, cast };
@@ -352,11 +262,21 @@ impl<'a> Reader<'a> {
     }
 
     /// The obstacle whose id a token is.
-    fn id(&self, at: usize) -> Option<&'a Mention> {
+    fn id(&self, at: usize) -> Option<Mention> {
         let token = self.tokens.get(at)?;
         token.number?;
         let inside = |m: &&Mention| token.span.contains(&m.span.start);
-        self.ids.iter().find(inside)
+        if let Some(one) = self.ids.iter().find(inside) {
+            return Some(one.clone());
+        }
+        // Named again; a short number may be another one.
+        let id = token.word.parse::<i64>().ok().filter(|id| *id >= 100)?;
+        let again = self.ids.iter().find(|m| m.id == Some(id))?;
+        Some(Mention {
+            span: token.span.clone(),
+            compared: false,
+            ..again.clone()
+        })
     }
 
     /// Who a reference that begins at a token names, and where it ends.
@@ -369,6 +289,8 @@ impl<'a> Reader<'a> {
                 is_compared: false,
                 says: Vec::new(),
                 is_nearest: false,
+                is_definite: true,
+                candidates: Vec::new(),
             })
         };
         let token = &self.tokens[at];
@@ -378,6 +300,10 @@ impl<'a> Reader<'a> {
             return Some(one);
         }
         let noun = "vehicle car agent driver truck";
+        // "I.e."
+        if token.is("i") && self.is(at + 1, "e") {
+            return None;
+        }
         if token.is(EGO) {
             // "Our lead car" is not ours.
             if token.is("my our your")
@@ -416,7 +342,12 @@ impl<'a> Reader<'a> {
             let end = next + usize::from(self.is(next, "obstacles objects"));
             return plain(Named::Both, end).filter(|_| end > next);
         }
-        if token.is("nobody none") {
+        let is_nothing = token.is("nothing")
+            && self.is(
+                at + 1,
+                "is are was remains drives in within behind ahead on",
+            );
+        if token.is("nobody none") || is_nothing {
             return plain(Named::Nobody, at + 1);
         }
         if token.is("no") && self.is(at + 1, "one body") {
@@ -430,7 +361,9 @@ impl<'a> Reader<'a> {
         let (mut at, mut asked) = (from, Description::default());
         let mut says: Vec<(Described, Range<usize>)> = Vec::new();
         let is_none = self.is(at, "no");
-        let is_several = self.is(at, SEVERAL);
+        let is_number = self.id(at).is_none() && { self.tokens.get(at) }
+            .is_some_and(|t| t.number.is_some() && t.word.bytes().all(|b| b.is_ascii_digit()));
+        let is_several = self.is(at, SEVERAL) || is_number;
         let is_this = self.is(at, "this that");
         let has_determiner = self.is(at, DETERMINERS);
         let is_indefinite = self.is(at, "a an");
@@ -472,9 +405,41 @@ impl<'a> Reader<'a> {
             }
             at = end;
         }
-        let (noun, mut end) = NOUNS.at(self.tokens, at)?;
+        // "The oncoming 305".
+        if has_determiner
+            && !says.is_empty()
+            && let Some(mention) = self.id(at)
+        {
+            return Some(Reference {
+                at: from..at + 1,
+                who: mention.id.map_or(Named::Other, Named::Obstacle),
+                is_governed: false,
+                is_compared: mention.compared,
+                says,
+                is_nearest: false,
+                is_definite: true,
+                candidates: Vec::new(),
+            });
+        }
+        let (mut noun, mut end) = NOUNS.at(self.tokens, at)?;
+        // "The pedestrian on the right and the one on the left".
+        if self.is(at, "one")
+            && let Some((called, _)) = NOUNS.all(self.tokens, 0..from).pop()
+            && matches!(called, Noun::Of(..))
+        {
+            noun = called;
+        }
+        // "On the left someone is near", "something like 15 m".
+        let is_like = self.is(at, "something") && self.is(at + 1, "like of");
+        if is_like || at > from && self.is(at, "somebody someone something") {
+            return None;
+        }
+        // "Lane 3 vehicle" counts nothing.
+        if is_number && !self.tokens[end - 1].word.ends_with('s') {
+            return None;
+        }
         // "One of them", "one second".
-        if self.is(at, "one") && !has_determiner && says.is_empty() {
+        if self.is(at, "one") && !has_determiner && !is_another && says.is_empty() {
             return None;
         }
         // "The delivery truck driver".
@@ -493,8 +458,18 @@ impl<'a> Reader<'a> {
                 is_compared: false,
                 says,
                 is_nearest,
+                is_definite: has_determiner && !is_indefinite,
+                candidates: Vec::new(),
             })
         };
+        if let Noun::Leader | Noun::Follower = noun {
+            let side = Side {
+                front: Some(noun == Noun::Leader),
+                left: None,
+            };
+            asked.side = Some(side);
+            says.push((Described::At(side), at..end));
+        }
         // "Obstacle 7", "vehicle (id 7)", "car #7".
         let id_at = (end..end + 3)
             .take_while(|i| *i == end || self.is(i - 1, "id ( number no : ids"))
@@ -517,11 +492,11 @@ impl<'a> Reader<'a> {
         if is_none {
             return reference(Named::Nobody, end, Vec::new());
         }
-        if is_several || is_plural || is_another || is_extreme {
+        if is_several || is_plural || is_extreme || self.is_restricted(end) {
             return reference(Named::Other, end, Vec::new());
         }
         // Without an article only the beginning of a note: "Car ahead brakes", "oncoming bus".
-        let is_someone = self.is(from, "somebody someone");
+        let is_someone = self.is(from, "somebody someone something");
         // "Both ego and obstacle are", "(obstacle behind)".
         let is_joined = self.is(from, "obstacle")
             && before.is_some_and(|i| self.is(i, "and ( while as , :"))
@@ -529,7 +504,19 @@ impl<'a> Reader<'a> {
         if is_joined {
             return reference(Named::It, end, Vec::new());
         }
-        if !has_determiner && from != 0 && says.is_empty() && !is_someone {
+        // "Leader in my lane": what a note says of whom it is about.
+        let is_noted = from == 0 || self.is(from - 1, ", : ; (");
+        if !has_determiner
+            && is_noted
+            && let Noun::Leader | Noun::Follower = noun
+        {
+            let side = Side {
+                front: Some(noun == Noun::Leader),
+                left: None,
+            };
+            return reference(Named::It, end, vec![(Described::At(side), at..end)]);
+        }
+        if !has_determiner && from != 0 && says.is_empty() && !is_someone && !is_another {
             return None;
         }
         // "Stationary obstacle": what a note says of whom it is about.
@@ -537,34 +524,78 @@ impl<'a> Reader<'a> {
             let stop = self.behind(end, &mut asked, &mut says);
             return reference(Named::It, stop, says);
         }
-        if let Noun::Leader | Noun::Follower = noun {
-            let side = Side {
-                front: Some(noun == Noun::Leader),
-                left: None,
-            };
-            asked.side = Some(side);
-            says.push((Described::At(side), at..end));
-        }
         let stop = self.behind(end, &mut asked, &mut says);
-        is_same &= stop == end;
+        // "That oncoming car" is looked for.
+        is_same &= stop == end && !(is_this && !asked.says.is_empty());
         let is_described = asked.side.is_some()
             || asked.lane.is_some()
             || !asked.says.is_empty()
             || asked.is_nearest
+            || asked.origin.is_some()
             || matches!(noun, Noun::Of(..) if !is_same);
         let is_any = matches!(noun, Noun::Any | Noun::Of(ObstacleType::Car, _));
-        let who = if is_same || !is_described {
+        // "The car that just cut in" is one of all.
+        let is_only = (from..at).any(|i| self.is(i, "only"));
+        let is_told = self.is(stop, "that who") && !self.is(stop + 1, "the") && !is_only;
+        let is_new = is_indefinite || is_someone || is_another;
+        let mut candidates = Vec::new();
+        // "That bus" where there is only one.
+        let only = match noun {
+            Noun::Of(one, _) if is_this && one != ObstacleType::Car => {
+                <[i64; 1]>::try_from(self.cast.find(&asked).1).ok()
+            }
+            _ => None,
+        };
+        let who = if let Some([id]) = only {
+            Named::Obstacle(id)
+        } else if (is_same || !is_described) && !is_new && !is_told {
             Named::It
         } else {
-            match self.cast.find(&asked) {
-                Some(id) => Named::Obstacle(id),
-                None if is_any && says.is_empty() && !is_indefinite && !asked.is_nearest => {
+            let (found, all) = self.cast.find(&asked);
+            match found {
+                Some(id) if !is_another && is_described && (!is_told || all.len() == 1) => {
+                    Named::Obstacle(id)
+                }
+                None if is_any
+                    && says.is_empty()
+                    && asked.origin.is_none()
+                    && !is_new
+                    && !is_told
+                    && !asked.is_nearest =>
+                {
                     Named::It
                 }
-                None => Named::Other,
+                _ => {
+                    candidates = all;
+                    Named::Other
+                }
             }
         };
-        reference(who, stop, says)
+        let mut one = reference(who, stop, says)?;
+        one.candidates = candidates;
+        Some(one)
+    }
+
+    /// Whether what stands behind a noun makes it one that is not looked up: "the car behind 7", "the truck we overtook".
+    fn is_restricted(&self, end: usize) -> bool {
+        let stop = match PLACES.at(self.tokens, end) {
+            Some((_, stop)) => stop,
+            None if self.is(end, "near beside past between") => end + 1,
+            None => {
+                return self.is(end, "we i you")
+                    && self.is(end + 1, "just overtook passed met hit saw had have");
+            }
+        };
+        let at = stop
+            + usize::from(self.is(stop, "of"))
+            + usize::from(self.is(stop + usize::from(self.is(stop, "of")), "the"));
+        let Some(token) = self.tokens.get(at) else {
+            return false;
+        };
+        let is_number = token.number.is_some() && token.word.bytes().all(|b| b.is_ascii_digit());
+        is_number
+            || self.is(at, "it him her them")
+            || self.described(at).is_some() && !self.is(at, EGO)
     }
 
     /// What stands behind a noun and tells where it is: "ahead of us", "on the left", "in the right lane".
@@ -576,10 +607,16 @@ impl<'a> Reader<'a> {
     ) -> usize {
         let mut at = end;
         while self.tokens.get(at).is_some_and(|t| {
-            t.is("directly right just immediately currently now straight")
+            t.is("directly right just immediately currently now straight up out over further")
                 && !self.is(at + 1, "lane of")
         }) {
             at += 1;
+        }
+        if self.measured(at, asked) {
+            return end;
+        }
+        if let Some(stop) = self.coming(at, asked, says) {
+            return stop.unwrap_or(end);
         }
         if self.is(at, "in on") {
             let side = (at + 1..at + 4).find(|i| self.is(*i, "left right"));
@@ -599,10 +636,80 @@ impl<'a> Reader<'a> {
         {
             asked.side = Some(side);
             says.push((Described::At(side), at..stop));
+            // "Behind me on the left".
+            let mut end = stop;
+            if let Some((Placed::At(other), stop)) = PLACES.at(self.tokens, stop)
+                && (side.front.is_none(), side.left.is_none())
+                    == (other.front.is_some(), other.left.is_some())
+            {
+                asked.side = Some(Side {
+                    front: side.front.or(other.front),
+                    left: side.left.or(other.left),
+                });
+                says.push((Described::At(other), end..stop));
+                end = stop;
+            }
             // "The one behind us in our lane".
-            return self.lane(stop, asked, says).unwrap_or(stop);
+            return self.lane(end, asked, says).unwrap_or(end);
         }
         self.lane(at, asked, says).unwrap_or(end)
+    }
+
+    /// Whether a length with a place stands there, which the clause says: "a car 37 m behind".
+    fn measured(&self, at: usize, asked: &mut Description) -> bool {
+        let is_length = |i: &usize| {
+            let token = self.tokens.get(*i);
+            token.is_some_and(|t| t.number.is_some() && t.word.ends_with(['m', 's']))
+        };
+        let length = (at..at + 3)
+            .take_while(|i| *i == at || self.is(i - 1, "about some just only roughly around"))
+            .find(is_length);
+        let place = length.and_then(|length| PLACES.at(self.tokens, length + 1));
+        if let Some((Placed::At(side), stop)) = place
+            && asked.side.is_none()
+        {
+            asked.side = Some(side);
+            self.lane(stop, asked, &mut Vec::new());
+        }
+        length.is_some()
+    }
+
+    /// Whether it is told from where it comes, and where a description ends that says so: "from the right", "coming the other way".
+    fn coming(
+        &self,
+        at: usize,
+        asked: &mut Description,
+        says: &mut Vec<(Described, Range<usize>)>,
+    ) -> Option<Option<usize>> {
+        let verb = at + usize::from(self.is(at, "coming approaching crossing arriving"));
+        if verb > at && self.is(verb, "towards toward at the") {
+            let is_way = self.is(verb, "the") && self.is(verb + 1, "other opposite");
+            if is_way || !self.is(verb, "the") {
+                asked.says.push(Described::Is(Predicate::Oncoming));
+            }
+            if is_way {
+                says.push((Described::Is(Predicate::Oncoming), at..verb + 3));
+            }
+            return Some(is_way.then_some(verb + 3));
+        }
+        if !self.is(verb, "from") {
+            return None;
+        }
+        let place = (verb + 1..verb + 4).find(|i| self.is(*i, "left right ahead behind"));
+        // Who was in a lane before is looked for among all.
+        if place.is_some_and(|place| self.is(place + 1, "lane")) {
+            asked.origin = Some(Side {
+                front: None,
+                left: None,
+            });
+        } else if let Some(place) = place.filter(|place| !self.is(place + 1, "of")) {
+            let is_along = self.is(place, "ahead behind");
+            asked.origin = Some(Side {
+                front: is_along.then(|| self.is(place, "ahead")),
+                left: (!is_along).then(|| self.is(place, "left")),
+            });
+        }
+        Some(None)
     }
 
     /// Where the words end that put it in the ego's lane or in one beside it.

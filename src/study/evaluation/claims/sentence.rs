@@ -9,7 +9,7 @@ use super::references::{Named, Reference};
 use super::score;
 use super::speech::Speech;
 use super::tokens::{Token, denies, find_word, has_word};
-use super::{Claim, ClaimedValue, Predicate, Quantity};
+use super::{Claim, ClaimedValue, Extent, Predicate, Quantity};
 
 /// A sentence with its context.
 pub struct Sentence<'a> {
@@ -42,7 +42,7 @@ pub struct Sentence<'a> {
 }
 
 /// Words with which a sentence supposes, asks, quotes, or denies as a whole.
-const UNSAID: [&str; 29] = [
+const UNSAID: [&str; 28] = [
     "suppose",
     "imagine",
     "hypothetically",
@@ -53,7 +53,6 @@ const UNSAID: [&str; 29] = [
     "doubt",
     "statement",
     "myth",
-    "option",
     "previous answer",
     "question",
     "false that",
@@ -84,6 +83,9 @@ fn is_unsaid(lower: &str) -> bool {
         || lower
             .trim_start_matches(['*', ' ', '-', '"'])
             .starts_with("assume")
+        || lower
+            .trim_start_matches(['*', ' ', '-', '"'])
+            .starts_with("option")
 }
 
 impl Sentence<'_> {
@@ -156,6 +158,11 @@ impl Sentence<'_> {
         for (span, quantity, value) in score::written(self.lower, self.numbers) {
             self.said_of_one(span, quantity, value, &mut found);
         }
+        let same = self.so_am_i(&found);
+        found.extend(same);
+        self.extend(&mut found);
+        let events = self.events(&found, &speech);
+        found.extend(events);
         if self.is_contradictory() {
             found.retain(|claim| claim.quantity != Quantity::Motion);
         }
@@ -190,6 +197,45 @@ impl Sentence<'_> {
             first = number.span.start;
         }
         first
+    }
+
+    /// What is said of the ego by "and so am I": the same as of whom the clauses before are about.
+    fn so_am_i(&self, claims: &[Claim]) -> Vec<Claim> {
+        let is = |at: usize, words: &str| self.tokens.get(at).is_some_and(|t| t.is(words));
+        let so = (0..self.tokens.len()).find(|i| {
+            is(*i, "so")
+                && is(i + 1, "am do are does is")
+                && (is(i + 2, "i we ego") || is(i + 3, "ego"))
+        });
+        let Some(so) = so else { return Vec::new() };
+        let own = claims.iter().filter(|claim| {
+            let is_before = claim.span.end <= self.start + self.tokens[so].span.start;
+            let is_own = claim.quantity == Quantity::Motion
+                && matches!(
+                    claim.stated,
+                    ClaimedValue::Word {
+                        predicate: Predicate::Braking
+                            | Predicate::Accelerating
+                            | Predicate::Hard(_)
+                            | Predicate::Gentle(_)
+                            | Predicate::Steady
+                            | Predicate::Turning(_),
+                        ..
+                    }
+                );
+            is_before && is_own && !claim.is_of_ego
+        });
+        let span =
+            self.tokens[so].span.start..self.tokens[(so + 2).min(self.tokens.len() - 1)].span.end;
+        own.map(|claim| {
+            self.claim(
+                span.clone(),
+                (self.ego, claim.is_past),
+                claim.quantity,
+                claim.stated,
+            )
+        })
+        .collect()
     }
 
     /// What the ego is said to do is held against the trajectory, not against the recording.
@@ -369,7 +415,8 @@ impl Sentence<'_> {
             quantity,
             stated,
             step: self.step,
-            is_throughout: self.tokens.iter().any(|t| t.is("throughout")),
+            extent: Extent::Moment,
+            is_apart: false,
         }
     }
 }

@@ -195,11 +195,7 @@ pub(super) fn sentences_with(
         });
     }
     let all: Vec<(Range<usize>, &[CheckedClaim])> = { found.iter() }
-        .map(|one| {
-            let is_apart = is_of_another_time(&text[one.span.clone()]);
-            let claims = if is_apart { &[] } else { one.claims.as_slice() };
-            (one.span.clone(), claims)
-        })
+        .map(|one| (one.span.clone(), one.claims.as_slice()))
         .collect();
     let mut against = contradictions(&all);
     against.extend(against_verdict(text, &all));
@@ -221,46 +217,6 @@ pub(super) fn sentences_with(
         one.contradicts.sort_by_key(|span| span.start);
     }
     found
-}
-
-/// Whether a sentence may be of another time or case than those around it, so that it contradicts none.
-fn is_of_another_time(text: &str) -> bool {
-    const WORDS: [&str; 22] = [
-        "then",
-        "later",
-        "after",
-        "until",
-        "first",
-        "next",
-        "soon",
-        "finally",
-        "before",
-        "version",
-        "case",
-        "scenario",
-        "centres",
-        "centers",
-        "centre",
-        "center",
-        "in",
-        "now",
-        "eventually",
-        "initially",
-        "earlier",
-        "once",
-    ];
-    let lower = text.to_lowercase();
-    WORDS.iter().any(|word| match *word {
-        // "In 0.3 s".
-        "in" => {
-            lower.trim_start_matches([' ', '-', '*']).starts_with("in ")
-                && lower
-                    .split_whitespace()
-                    .nth(1)
-                    .is_some_and(|next| next.starts_with(|c: char| c.is_ascii_digit()))
-        }
-        word => has_word(&lower, word),
-    })
 }
 
 /// Whether a number of a claim that does not hold is none of those that were told, as they were printed or rounded.
@@ -349,6 +305,21 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
     let number = numbers.iter().any(|number| {
         number.unit != Unit::None && !is_time(lower, number) && !covers(&number.span)
     });
+    // "Only 301 is ahead", "the only one ahead": of the others it is not read.
+    let is_alone = lower.match_indices("only ").any(|(at, only)| {
+        let next = lower[at + only.len()..]
+            .split(|c: char| !c.is_alphanumeric())
+            .next()
+            .unwrap_or_default();
+        const LENGTHS: [&str; 14] = [
+            "about", "just", "half", "a", "some", "roughly", "around", "at", "by", "with", "in",
+            "slightly", "now", "slowly",
+        ];
+        let is_value = numbers
+            .iter()
+            .any(|n| n.unit != Unit::None && n.span.start == at + only.len());
+        !is_value && !LENGTHS.contains(&next)
+    });
     let unread = ["ft", "feet", "hundred", "thousand", "mm", "ms"];
     let unread = unread
         .iter()
@@ -384,7 +355,7 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
                 && !is_of_number(clause, at, word)
         }) && !is_comment(clause, has_claim)
     });
-    number || unread || clause
+    number || unread || is_alone || clause
 }
 
 /// The clauses of a sentence with the places where they begin.

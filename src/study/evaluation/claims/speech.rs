@@ -43,9 +43,7 @@ impl Speech<'_> {
         if self.is(clause.at.end, ":") && self.is(clause.at.end + 1, "false no not") {
             return found;
         }
-        if clause.mood != Mood::Supposed {
-            self.described(clause, &mut found);
-        }
+        self.described(clause, &mut found);
         if clause.mood != Mood::Supposed && !clause.is_label {
             self.places(clause, &mut found);
         }
@@ -99,10 +97,15 @@ impl Speech<'_> {
             if token.is(ENDS) {
                 break;
             }
-            if token.is("nearly almost") {
+            // "No less than 1 m ahead" denies nothing.
+            let is_of_bound = token.is("no not") && self.is(place + 1, "less more fewer");
+            if token.is("nearly almost") || is_of_bound {
                 continue;
             }
-            if token.is(UNCLEAR) && !(token.is("only") && place + 1 < at) {
+            // "Less than 8 m ahead".
+            let is_bound =
+                token.is("than") && place > 0 && self.is(place - 1, "less more under over closer");
+            if token.is(UNCLEAR) && !(token.is("only") && place + 1 < at) && !is_bound {
                 return None;
             }
             // "Neither … nor" is one.
@@ -171,7 +174,7 @@ impl Speech<'_> {
 
     /// The verbs of a clause.
     pub(super) fn acts(&self, clause: &Clause, found: &mut Vec<Said>) {
-        const NO_NOUN: &str = "distance distances light lights sign line signal rate trajectory path speed velocity time behavior behaviour \
+        const NO_NOUN: &str = "application distance distances light lights sign line signal rate trajectory path speed velocity time behavior behaviour \
         capability force approximation assumption model maneuver manoeuvre vehicles traffic obstacles cars threshold phase objects gap lane lanes";
         let mut acts = VERBS.all(self.tokens, clause.at.clone());
         // "Closing in the same lane" is two.
@@ -213,11 +216,21 @@ impl Speech<'_> {
             let before = at.start.checked_sub(1).filter(|i| *i >= clause.at.start);
             let begins = before.and_then(|i| i.checked_sub(1)).is_some_and(|i| {
                 let stems = [
-                    "begin", "began", "start", "continu", "keep", "kept", "begun",
+                    "begin", "began", "start", "continu", "keep", "kept", "begun", "manag",
+                    "forced", "forc",
                 ];
                 self.is(i + 1, "to") && stems.contains(&self.tokens[i].stem.as_str())
             });
+            // "Reacts by braking".
+            let is_means = before.is_some_and(|i| self.is(i, "by"))
+                && clause.at.clone().any(|i| {
+                    self.is(
+                        i,
+                        "reacted reacts react reacting responded responds respond responding",
+                    )
+                });
             if before.is_some_and(|i| self.is(i, "of from for by avoid to"))
+                && !is_means
                 && !self.is(at.start, "in on at same")
                 && !begins
             {
@@ -234,6 +247,15 @@ impl Speech<'_> {
             // "The relative velocity is higher than the ego's".
             let is_relative = before.is_some_and(|i| self.is(i, "relative closing initial"));
             if is_relative && self.is(at.start, "speed velocity") && matches!(act, Act::Pair(_)) {
+                continue;
+            }
+            // "Onto the crossing" is a place; "we stop" is a verb, and "the stop" none.
+            let is_noun = self.is(at.start, "crossing")
+                && before.is_some_and(|i| self.is(i, "the a"))
+                || self.is(at.start, "stop")
+                    && at.len() == 1
+                    && !before.is_some_and(|i| self.is(i, "i we and they to not"));
+            if is_noun {
                 continue;
             }
             // "The brake", "its brake".
@@ -287,13 +309,49 @@ impl Speech<'_> {
                 // "The closing speed accelerates" is not said of a body.
                 Act::Own(Predicate::Braking | Predicate::Accelerating)
                     if before.is_some_and(|i| self.is(i, "speed velocity rate closing")) => {}
+                // "It slows us down".
+                Act::Own(_)
+                    if self.tokens[at.start].stem == "slow"
+                        && (at.start + 1..at.end + 1).any(|i| self.is(i, "us me you")) => {}
+                // "I keep my lane".
+                Act::Pair(Predicate::SameLane)
+                    if clause.who == Who::Ego
+                        && self.is(at.start, "keep keeps keeping stay stays") =>
+                {
+                    let keeps = (Predicate::ChangesLane, !is_denied);
+                    self.push(found, clause, at, None, keeps);
+                }
                 Act::Own(predicate) => {
+                    let predicate = self.how_much(predicate, clause, &at, is_denied);
                     for of in Self::own(clause) {
                         self.push(found, clause, at.clone(), of, (predicate, is_denied));
                     }
                 }
+                Act::Never(predicate) if !is_denied => {
+                    for of in Self::own(clause) {
+                        self.push(found, clause, at.clone(), of, (predicate, true));
+                    }
+                }
+                Act::Drives(predicate, nears) if !is_denied => {
+                    let other = if nears {
+                        Predicate::Approaching(None)
+                    } else {
+                        Predicate::Receding(None)
+                    };
+                    for of in Self::own(clause) {
+                        self.push(found, clause, at.clone(), of, (predicate, false));
+                    }
+                    for id in &pair {
+                        self.push(found, clause, at.clone(), Some(*id), (other, false));
+                    }
+                }
                 Act::Note(_) if at.start != clause.at.start => {}
                 Act::Pair(_) if self.is_of_change(&at) => {}
+                // "301 (left lane)"; "left lane free" is of a lane.
+                Act::Note(Predicate::NeighbourLane(_)) if at != clause.at => {}
+                // "I am in the oncoming lane".
+                Act::Pair(Predicate::Oncoming | Predicate::NeighbourLane(_))
+                    if clause.who == Who::Ego => {}
                 Act::Pair(predicate) | Act::Note(predicate) => {
                     // "They are in the same lane": it and the ego.
                     let are_both = clause.who == Who::Unknown
@@ -303,6 +361,13 @@ impl Speech<'_> {
                         clause.topic.into_iter().collect()
                     } else {
                         pair
+                    };
+                    // "I drop back behind 7": seen from there 7 goes ahead.
+                    let predicate = match predicate {
+                        Predicate::Signed(long, more) if clause.who == Who::Ego => {
+                            Predicate::Signed(long, !more)
+                        }
+                        predicate => predicate,
                     };
                     for id in pair {
                         self.push(found, clause, at.clone(), Some(id), (predicate, is_denied));
@@ -315,7 +380,7 @@ impl Speech<'_> {
                         Who::Obstacles(ids)
                             if clause.object.is_none()
                                 && (self.is_ego(at.end)
-                                    || self.is(at.end, "at closely behind close")) =>
+                                    || self.is(at.end, "at by closely behind close")) =>
                         {
                             ids.first().map(|id| (*id, false))
                         }
@@ -335,8 +400,40 @@ impl Speech<'_> {
                         });
                     }
                 }
-                Act::Touches | Act::Contact | Act::Other => {}
+                Act::Never(_)
+                | Act::Drives(..)
+                | Act::Passes
+                | Act::Touches
+                | Act::Contact
+                | Act::Other => {}
             }
+        }
+    }
+
+    /// A change of speed with the words for how much of it: "brakes hard". Who does not stop may brake all the same.
+    fn how_much(
+        &self,
+        predicate: Predicate,
+        clause: &Clause,
+        at: &Range<usize>,
+        is_denied: bool,
+    ) -> Predicate {
+        const HARD: &str = "hard harshly heavily sharply abruptly aggressively violently strongly fiercely slams slamming slam";
+        const GENTLE: &str = "gently mildly softly lightly smoothly slightly";
+        let brakes = match predicate {
+            Predicate::Braking if is_denied && self.is(at.start, "stopping") => {
+                return Predicate::Stops;
+            }
+            Predicate::Braking => true,
+            Predicate::Accelerating => false,
+            _ => return predicate,
+        };
+        let near = at.start.saturating_sub(2).max(clause.at.start)..(at.end + 3).min(clause.at.end);
+        let says = |words: &str| near.clone().any(|i| self.is(i, words));
+        match () {
+            () if says(HARD) => Predicate::Hard(brakes),
+            () if says(GENTLE) => Predicate::Gentle(brakes),
+            () => predicate,
         }
     }
 
@@ -368,7 +465,10 @@ impl Speech<'_> {
         let named = |range: Range<usize>| {
             let words = self.tokens.get(range).unwrap_or_default();
             let long = words.iter().any(|t| t.stem.starts_with("longitudinal"));
-            let lat = words.iter().any(|t| t.word.starts_with("lateral"));
+            let side = words
+                .windows(2)
+                .any(|t| t[0].is("side") && t[1].is("gap clearance distance"));
+            let lat = side || words.iter().any(|t| t.word.starts_with("lateral"));
             match (long, lat) {
                 (true, true) => vec![Some(true), Some(false)],
                 (true, false) => vec![Some(true)],
@@ -502,10 +602,12 @@ impl Speech<'_> {
 
     /// What descriptions say: "the car ahead".
     pub(super) fn described(&self, clause: &Clause, found: &mut Vec<Said>) {
+        // "If the car on my left brakes": there is one.
+        let is_said = clause.mood != Mood::Supposed;
         let own = self
             .references
             .iter()
-            .filter(|r| clause.at.contains(&r.at.start));
+            .filter(|r| clause.at.contains(&r.at.start) && (is_said || r.is_definite));
         for reference in own {
             let id = match (reference.who, &clause.who) {
                 (Named::Obstacle(id), _) => id,

@@ -1,9 +1,12 @@
-//! Whose speed a number is, and whether it is one of the distance.
+//! Whose speed a number is, or whether it is that of a distance, and whether a time is that until a contact.
 
+use super::Predicate;
 use super::clauses::Who;
+use super::find::ends_with_word;
 use super::number::{Number, Unit};
 use super::references::Named;
 use super::sentence::Sentence;
+use super::tokens::has_word;
 use super::verbs::{Act, VERBS};
 
 impl Sentence<'_> {
@@ -60,6 +63,47 @@ impl Sentence<'_> {
             .and_then(|number| self.owner(number.span.start))
     }
 
+    /// Whether seconds are those until the bodies touch: "will collide in 2 s", "impact within 1.5 s".
+    pub(super) fn is_until_contact(&self, near: &str) -> bool {
+        let words = [
+            "collision",
+            "contact",
+            "impact",
+            "hit",
+            "hits",
+            "collide",
+            "collides",
+            "reach",
+            "reaches",
+            "reached",
+            "reaching",
+            "arriving",
+            "arrives",
+            "touch",
+            "here",
+        ];
+        let bare = near.trim_end_matches(['*', ' ', '~', '≈']);
+        let bare = [
+            "about",
+            "around",
+            "roughly",
+            "only",
+            "just",
+            "less than",
+            "under",
+            "approximately",
+            "some",
+            "maybe",
+            "roughly another",
+        ]
+        .iter()
+        .find_map(|word| bare.strip_suffix(word))
+        .unwrap_or(bare)
+        .trim_end();
+        (ends_with_word(bare, "in") || ends_with_word(bare, "within"))
+            && words.iter().any(|word| has_word(bare, word))
+    }
+
     /// Whether the verb before a speed says how a distance changes: "draws away at 5 m/s".
     pub(super) fn is_of_distance(&self, number: &Number) -> bool {
         let Some(clause) = self.clause(number.span.start) else {
@@ -76,15 +120,17 @@ impl Sentence<'_> {
         const OWN: [&str; 5] = ["walk", "rid", "run", "driv", "travel"];
         let is_own =
             |at: &std::ops::Range<usize>| OWN.contains(&self.tokens[at.start].stem.as_str());
-        verbs
-            .iter()
-            .any(|(act, at)| matches!(act, Act::Nears(_) | Act::Approaches) && !is_own(at))
-            && !verbs.iter().any(|(act, _)| *act == Act::Moves)
+        verbs.iter().any(|(act, at)| {
+            matches!(
+                act,
+                Act::Nears(_) | Act::Approaches | Act::Pair(Predicate::Signed(..))
+            ) && !is_own(at)
+        }) && !verbs.iter().any(|(act, _)| *act == Act::Moves)
     }
 
     /// Whether a speed is that of whom its clause is about: "doing 50 km/h", "our speed is 8 m/s".
     pub(super) fn is_own(&self, number: &Number) -> bool {
-        const SAYS: &str = "speed velocity pace moving moves driving drives doing going riding walking rolling running travelling \
+        const SAYS: &str = "maintain maintains maintained maintaining reached reaches hold holds held keeps kept speed velocity pace moving moves driving drives doing going riding walking rolling running travelling \
         traveling cruising";
         let Some(clause) = self.clause(number.span.start) else {
             return false;
@@ -94,9 +140,12 @@ impl Sentence<'_> {
         let before = words.take_while(|t| t.span.start < number.span.start);
         let mut before = before.collect::<Vec<_>>();
         before.truncate(12);
-        let is_relative = before
-            .iter()
-            .any(|t| t.is("relative closing limit than difference lateral longitudinal"));
+        // "At no more than 2 m/s" compares with no one.
+        let is_bound = |i: usize| i > 0 && before[i - 1].is("more less greater lower higher");
+        let is_relative = before.iter().enumerate().any(|(i, t)| {
+            t.is("relative closing limit difference lateral longitudinal")
+                || t.is("than") && !is_bound(i)
+        });
         let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
         let is_compared = [
             "faster",
@@ -113,7 +162,21 @@ impl Sentence<'_> {
         let first = self
             .references
             .iter()
-            .find(|r| clause.at.contains(&r.at.start));
+            .find(|r| clause.at.contains(&r.at.start) && r.who != Named::Ego);
+        // "2 m to 301 at 30 m/s": of whom is not told.
+        let is_to = first.is_some_and(|r| {
+            r.is_governed
+                && (clause.at.start..r.at.start)
+                    .rfind(|i| !self.tokens[*i].is("the car vehicle truck obstacle"))
+                    .is_some_and(|i| self.tokens[i].is("to"))
+                && self.tokens[r.at.end..]
+                    .iter()
+                    .take_while(|t| t.span.start < number.span.start)
+                    .all(|t| t.is("at with about"))
+        });
+        if is_to {
+            return false;
+        }
         let is_before =
             first.is_some_and(|r| self.tokens[r.at.start].span.start > number.span.start);
         if is_before && matches!(clause.who, Who::Obstacles(_)) {

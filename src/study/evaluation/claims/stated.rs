@@ -3,15 +3,16 @@
 use super::clauses::{Mood, Who};
 use super::find::ends_with_word;
 use super::number::{Number, Unit, axis, find_axis, scale};
+use super::references::{Named, Reference};
 use super::sentence::Sentence;
-use super::tokens::{denies, has_word};
+use super::tokens::{denies, find_word, has_word};
 use super::{Claim, ClaimedValue, Quantity};
 
 /// Words in a clause that make its numbers no values of the scene.
 pub(super) const SUPPOSED: &str = "predicted probability forecast expected example average difference required requires recommended mean";
 
 /// Words before a number that make it a bound, and whether the value is above it; "" where it is no value at all.
-pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
+pub(super) const BOUNDS: [(&str, Option<bool>); 35] = [
     ("less than", Some(false)),
     ("lower than", Some(false)),
     ("smaller than", Some(false)),
@@ -21,7 +22,6 @@ pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
     ("no more than", Some(false)),
     ("not more than", Some(false)),
     ("at most", Some(false)),
-    ("up to", Some(false)),
     ("below", Some(false)),
     ("under", Some(false)),
     ("within", Some(false)),
@@ -40,6 +40,8 @@ pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
     ("above", Some(true)),
     ("over", Some(true)),
     ("exceeds", Some(true)),
+    ("exceeded", Some(true)),
+    ("exceed", Some(true)),
     ("exceeding", Some(true)),
     ("beyond", Some(true)),
     (">", Some(true)),
@@ -47,6 +49,9 @@ pub(super) const BOUNDS: [(&str, Option<bool>); 34] = [
     ("than", None),
     ("by", None),
 ];
+
+/// Verbs that lead to a value.
+const VALUES: [&str; 6] = ["is", "was", "are", "were", "reached", "amounts"];
 
 /// What a number is to the value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +79,48 @@ pub(super) fn near_ends_with_from(before: &str) -> bool {
     let bare = before.trim_end_matches(['*', ' ', '~', '≈']);
     let bare = bare.strip_suffix("about").unwrap_or(bare).trim_end();
     ends_with_word(bare, "from")
+}
+
+/// Whether words lead from one value to a later one of the same quantity: "and had grown to".
+fn goes_on(near: &str) -> bool {
+    const CHANGES: [&str; 12] = [
+        "grew",
+        "grown",
+        "dropped",
+        "drops",
+        "fell",
+        "fallen",
+        "shrank",
+        "shrunk",
+        "rose",
+        "risen",
+        "decreased",
+        "increased",
+    ];
+    // "Reached its lowest value, 0.3 s".
+    has_word(near, "value")
+        || ends_with_word(near.trim_end(), "to") && CHANGES.iter().any(|verb| has_word(near, verb))
+}
+
+/// Whether words stand behind a length, at once or behind where it leads: "2 m away at most".
+fn follows(after: &str, words: &str) -> bool {
+    let rest = ["away ", "ahead ", "behind ", "off "]
+        .iter()
+        .find_map(|place| after.strip_prefix(place));
+    rest.unwrap_or(after).starts_with(words)
+}
+
+/// Whether words around a difference of speeds say that it is faster (true) or slower.
+fn faster(near: &str, after: &str) -> Option<bool> {
+    let says = |word: &str| after.starts_with(word) || has_word(near, word);
+    match (
+        says("faster"),
+        says("slower") || after.starts_with("below its own"),
+    ) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    }
 }
 
 /// Whether the last verb of words says that it gets faster (true) or slower.
@@ -117,6 +164,10 @@ impl Sentence<'_> {
         let is_past = match mood {
             Mood::Said => false,
             Mood::Past => true,
+            // "Will collide in 2 s".
+            Mood::Future if number.unit == Unit::Second => false,
+            // "So I can keep my speed of 25 m/s".
+            Mood::Supposed if self.is_presupposed(place) => false,
             Mood::Future | Mood::Supposed => return Vec::new(),
         };
         let near = &self.lower[from..number.span.start];
@@ -135,10 +186,7 @@ impl Sentence<'_> {
         if near_ends_with_from(&self.lower[..number.span.start]) {
             return Vec::new();
         }
-        if words.iter().any(|t| t.is(SUPPOSED))
-            || number.unit == Unit::Acceleration
-                && words.iter().any(|t| t.is("peak peaked maximum max up"))
-        {
+        if words.iter().any(|t| t.is(SUPPOSED)) {
             return Vec::new();
         }
         let begin = self.tokens[clause.at.start]
@@ -164,36 +212,58 @@ impl Sentence<'_> {
             Some(found) => found,
             // "A TTC of 1.2 s is below 1 s": the same quantity again.
             None => match last {
-                Some((quantity, unit)) if unit == number.unit && bound != Bound::None => {
+                Some((quantity, unit))
+                    if unit == number.unit && (bound != Bound::None || goes_on(near)) =>
+                {
                     (quantity, true)
                 }
                 _ => return Vec::new(),
             },
         };
+        if clause.mood == Mood::Future && quantity != Quantity::Ttc {
+            return Vec::new();
+        }
         let of = match (&clause.who, quantity) {
             (Who::Ego, Quantity::Speed | Quantity::Acceleration | Quantity::Heading) => {
                 Some(self.ego)
             }
+            // "I have two seconds before impact".
+            (Who::Ego, Quantity::Ttc | Quantity::ClosingSpeed) => {
+                Self::met(clause).or(clause.topic)
+            }
             _ => Self::met(clause),
+        };
+        // "5 m/s faster than 301": a difference of the two.
+        let than = { self.references.iter() }
+            .find(|r| r.is_compared && clause.at.contains(&r.at.start))
+            .map(|r| r.who);
+        let of = match (than, &clause.who) {
+            (Some(Named::Obstacle(id)), Who::Ego) if quantity == Quantity::VelocityLong => Some(id),
+            (Some(Named::Obstacle(_)), _) if quantity == Quantity::VelocityLong => None,
+            _ => of,
         };
         let Some(of) = owner.or(self.named_behind(number)).or(of) else {
             return Vec::new();
         };
         // "Accelerates with 2 m/s²" is no braking, and "brakes with 2 m/s²" is.
-        let verb = if quantity == Quantity::Acceleration {
-            change_of_speed(near)
-        } else {
-            None
+        let verb = match quantity {
+            Quantity::Acceleration => change_of_speed(near),
+            Quantity::VelocityLong => {
+                let is_mirrored = clause.who == Who::Ego;
+                faster(near, after).map(|faster| faster != is_mirrored)
+            }
+            _ => None,
         };
         // "A lateral gap of 2 m to the right" has the sign of its side.
         let side = self
             .side_behind(number)
             .filter(|_| self.magnitude(from, number));
-        let sign = side.and_then(|side| match quantity {
+        let side = side.and_then(|side| match quantity {
             Quantity::GapLat => side.left,
             Quantity::GapLong => side.front,
             _ => None,
         });
+        let sign = side.map(|is_positive| is_positive != (clause.who == Who::Ego));
         let sign = verb.or(sign);
         let value = match bound {
             Bound::None => ClaimedValue::Number {
@@ -261,6 +331,22 @@ impl Sentence<'_> {
         vec![one(quantity)]
     }
 
+    /// Whether a number stands behind a quantity that someone has whatever is supposed of it: "my speed of 25 m/s".
+    fn is_presupposed(&self, place: usize) -> bool {
+        let before = self.lower[..self.numbers[place].span.start].trim_end();
+        let before = ["about", "roughly", "some", "around"]
+            .iter()
+            .find_map(|word| before.strip_suffix(word))
+            .unwrap_or(before);
+        let words: Vec<&str> = before.split_whitespace().rev().take(4).collect();
+        let is_own = matches!(words.as_slice(), ["of", "speed" | "velocity" | "pace", rest @ ..]
+            if rest.iter().any(|word| ["my", "our", "its", "current", "present"].contains(word)));
+        is_own
+            && !["if", "unless"]
+                .iter()
+                .any(|word| has_word(self.lower, word))
+    }
+
     /// What the words before a number make of it; nothing where it is no value.
     pub(super) fn bound(&self, place: usize, near: &str) -> Option<Bound> {
         let number = &self.numbers[place];
@@ -268,9 +354,14 @@ impl Sentence<'_> {
         let own = near.rsplit([',', ')', ';']).next().unwrap_or(near);
         let own = own.replace("over time", "");
         let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
-        // "Between 3 and 5 m", "3 to 5 m", "3–5 m".
+        // "Between 3 and 5 m", "3 to 5 m", "3–5 m"; not "the gap to 301 to 5 m".
+        let is_id = |number: &Number| {
+            let named = |r: &Reference| self.tokens[r.at.end - 1].span.start == number.span.start;
+            self.references.iter().any(named)
+        };
         if let Some(first) = place.checked_sub(1).map(|i| &self.numbers[i])
             && matches!(first.unit, Unit::None)
+            && !is_id(first)
             && number.unit != Unit::None
         {
             let joint = self
@@ -306,29 +397,52 @@ impl Sentence<'_> {
         }
         const NOT_NUMBERS: [&str; 7] = ["until", "every", "per", "past", "last", "next", "changes"];
         let words: Vec<&str> = own.split_whitespace().rev().take(3).collect();
-        if words.iter().any(|word| NOT_NUMBERS.contains(word)) {
+        // "Slipped past within 2 m".
+        let is_time = number.unit == Unit::Second;
+        let spans = |word: &str| NOT_NUMBERS.contains(&word) && (is_time || word != "past");
+        if words.iter().any(|word| spans(word)) {
             return None;
         }
+        // "Came no nearer than 3 m": that is how near it came.
+        let is_nearest = ["no nearer than", "no closer than"]
+            .iter()
+            .any(|words| own.contains(words));
+        if is_nearest
+            && ["came", "come", "comes", "got", "gets"]
+                .iter()
+                .any(|word| has_word(&own, word))
+        {
+            return Some(Bound::None);
+        }
+        // "Slower than us by 3 m/s" is the difference.
+        let ends_by = ends_with_word(own.trim_end(), "by");
+        if ends_by && ["faster", "slower"].iter().any(|word| has_word(&own, word)) {
+            return Some(Bound::None);
+        }
         let is_symbol = |words: &str| !words.starts_with(char::is_alphabetic);
-        // "As indicated by a gap of 3 m" bounds nothing.
-        let last: Vec<&str> = words.iter().copied().rev().collect();
-        let last = last.join(" ");
-        let word = BOUNDS.iter().find(|(words, above)| {
-            let text = if *words == "by"
-                && above.is_none()
-                && !own.ends_with("by ")
-                && has_word(&own, "of")
-            {
-                last.as_str()
+        // "Over the whole window it is 3 m" and "> 301 drives at 3 m/s" are no bounds.
+        let is_near = |rest: &str| {
+            let has_digit = rest.contains(|c: char| c.is_ascii_digit());
+            !has_digit && !VALUES.iter().any(|verb| has_word(rest, verb))
+        };
+        let word = BOUNDS.iter().find(|(words, _)| {
+            let at = if is_symbol(words) {
+                own.rfind(words)
             } else {
-                own.as_str()
+                find_word(&own, words)
             };
-            is_symbol(words) && text.contains(words) || !is_symbol(words) && has_word(text, words)
+            let rest = at.map(|at| &own[at + words.len()..]);
+            // "By braking at 5 m/s²" is no difference, and "as indicated by a gap of 3 m" bounds nothing.
+            rest.is_some_and(|rest| {
+                is_near(rest) && (*words != "by" || rest.split_whitespace().count() <= 1)
+            })
         });
         let is_above = match word {
             Some(("by", None))
                 if [
                     "trails",
+                    "trailed",
+                    "led",
                     "leads",
                     "behind",
                     "ahead",
@@ -356,6 +470,8 @@ impl Sentence<'_> {
                 false
             }
             None if after.starts_with("or more") => true,
+            None if follows(after, "at most") => false,
+            None if follows(after, "at least") => true,
             None => return Some(Bound::None),
         };
         // "Not below 3 m", "never more than 3 m".
@@ -368,7 +484,17 @@ impl Sentence<'_> {
         } else {
             is_above
         };
-        Some(if is_above { Bound::Above } else { Bound::Below })
+        // "Just under 8 m".
+        let is_close = ["just", "slightly", "barely", "little"]
+            .iter()
+            .any(|word| has_word(&own, word));
+        let value = number.value.abs();
+        Some(match is_above {
+            true if is_close => Bound::Between(1.15 * value),
+            false if is_close => Bound::Between(0.85 * value),
+            true => Bound::Above,
+            false => Bound::Below,
+        })
     }
 
     /// Two numbers with their axes in the same order: "longitudinal & lateral distance: 12.57 m & -3.36 m", "12.57 m long, -3.36 m
@@ -486,7 +612,7 @@ impl Sentence<'_> {
         let has = |words: &[&str]| words.iter().any(|word| before.contains(word));
         let grows = has(&["increas", "grow", "grew", "accelerat", "rose"]);
         let shrinks = has(&["decreas", "shr", "reduc", "slow", "brak", "fell", "drop"]);
-        let (from, to) = (from.value.abs(), to.value.abs());
+        let (from, to) = (from.value.abs() * self.scale_of([from, to]), to.value.abs());
         grows && !shrinks && to < from || shrinks && !grows && to > from
     }
 
@@ -506,22 +632,30 @@ impl Sentence<'_> {
                 _ => between,
             };
             let before = self.lower[..pair[0].span.start].trim_end_matches(['*', ' ', '~', '≈']);
+            let is_to = ["to", "down to", "up to"].contains(&between);
             let is_from = ["from", "from about", "from approximately", "from around"]
                 .iter()
                 .any(|words| before.ends_with(words))
-                && between == "to";
+                && is_to;
             // "Shrinks (25 m to 20 m)".
             let said = before.strip_suffix('(').unwrap_or_default();
             let is_change = [
                 "increas", "decreas", "chang", "grow", "shrink", "clos", "widen",
             ];
-            let is_from =
-                is_from || between == "to" && is_change.iter().any(|word| said.contains(word));
+            let is_from = is_from || is_to && is_change.iter().any(|word| said.contains(word));
             let is_arrow = ["→", "->"].contains(&between);
             let same = pair[0].unit == pair[1].unit || pair[0].unit == Unit::None;
             (is_from || is_arrow) && same
         };
         pairs.filter(is_change).collect()
+    }
+
+    /// How many of the unit of the claim the first number is in: as of km/h, the unit behind the second.
+    fn scale_of(&self, pair: [&Number; 2]) -> f64 {
+        match pair[0].unit {
+            Unit::None => scale(&self.lower[pair[1].span.clone()]),
+            _ => 1.0,
+        }
     }
 
     /// From one number to another: "the gap decreased from 9 m to 7.8 m".
@@ -574,14 +708,8 @@ impl Sentence<'_> {
         if matches!(clause.mood, Mood::Supposed | Mood::Future) {
             return None;
         }
-        // As of km/h, the unit behind the second number.
-        let scale = if pair[0].unit == Unit::None {
-            scale(&self.lower[pair[1].span.clone()])
-        } else {
-            1.0
-        };
         let stated = ClaimedValue::Change {
-            from: pair[0].value * scale,
+            from: pair[0].value * self.scale_of(pair),
             to: pair[1].value,
             decimals: pair[0].decimals.min(pair[1].decimals),
             rough: self.rough(pair[0].span.start.saturating_sub(12), pair[1].span.start),

@@ -3,9 +3,10 @@
 use super::Claim;
 use super::above::Above;
 use super::clauses::Spoken;
-use super::find::{MentionContext, lowered, read};
+use super::find::{MentionContext, lowered};
 use super::mentions::Mention;
 use super::number::{MentionedTime, Number, Unit, numbers};
+use super::reading::read;
 use super::tokens::has_word;
 
 /// What parts the cells of a line: that of a table, or of comma-separated values below a row of names.

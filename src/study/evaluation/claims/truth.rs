@@ -67,10 +67,12 @@ pub(super) fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
         Quantity::GapLat => vec![relation.gap_lat],
         Quantity::DistanceAlong => vec![encounter.distance(), relation.gap_long],
         Quantity::DistanceAcross => vec![encounter.distance(), relation.gap_lat],
-        Quantity::Ttc => [ttc(), relation.time_long(), relation.time_lat()]
-            .into_iter()
-            .flatten()
-            .collect(),
+        // Across the heading alone only where the bodies are beside each other.
+        Quantity::Ttc => {
+            let across = relation.time_lat().filter(|_| relation.gap_long == 0.0);
+            let all = [ttc(), relation.time_long(), across];
+            all.into_iter().flatten().collect()
+        }
         Quantity::TtcLong => one(relation.time_long()),
         Quantity::TtcLat => one(relation.time_lat()),
         Quantity::VelocityLong => vec![relation.velocity.x],
@@ -99,6 +101,7 @@ pub(super) fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
         Quantity::Acceleration => vec![encounter.other.acceleration],
         Quantity::Side
         | Quantity::Contact
+        | Quantity::Time
         | Quantity::Motion
         | Quantity::Way
         | Quantity::Comparison
@@ -128,8 +131,7 @@ pub(super) fn others(
         }
         Quantity::GapLong => vec![(ClaimBasis::Centres, centre.x)],
         Quantity::GapLat => vec![(ClaimBasis::Centres, centre.y)],
-        Quantity::Ttc => times(&[closing(centre.x, velocity.x), closing(centre.y, velocity.y)]),
-        Quantity::TtcLong => times(&[closing(centre.x, velocity.x)]),
+        Quantity::Ttc | Quantity::TtcLong => times(&[closing(centre.x, velocity.x)]),
         Quantity::TtcLat => times(&[closing(centre.y, velocity.y)]),
         _ => Vec::new(),
     };
@@ -148,7 +150,7 @@ pub(super) fn of_paper(quantity: Quantity, told: &paper::Relation) -> impl Itera
         Quantity::ClosingSpeed => vec![Some(told.v_rel_long), Some(told.v_rel_lat)],
         Quantity::TtcLong => vec![told.ttc_long],
         Quantity::TtcLat => vec![told.ttc_lat],
-        Quantity::Ttc => vec![told.ttc_long, told.ttc_lat],
+        Quantity::Ttc => vec![told.ttc_long],
         Quantity::VelocityLong => vec![Some(told.v_rel_long)],
         Quantity::VelocityLat => vec![Some(told.v_rel_lat)],
         Quantity::AccelerationLong => vec![Some(told.a_rel_long)],

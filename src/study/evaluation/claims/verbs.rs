@@ -24,6 +24,12 @@ pub enum Act {
     Moves,
     /// It drives behind the other.
     Follows,
+    /// Its speed and the distance change: it accelerates towards (true) the other, or away.
+    Drives(Predicate, bool),
+    /// What it does not do, said without a word that denies: "keeps its lane".
+    Never(Predicate),
+    /// It passes the other.
+    Passes,
     /// It touches the other.
     Touches,
     /// "Collision", "contact".
@@ -35,7 +41,8 @@ pub enum Act {
 /// Verbs and phrases, the longest first.
 pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
     use Act::{
-        Approaches, Contact, Follows, Moves, Nears, Note, Other, Own, Pair, Stands, Touches,
+        Approaches, Contact, Drives, Follows, Moves, Nears, Never, Note, Other, Own, Pair, Passes,
+        Stands, Touches,
     };
     use Predicate as P;
     Lexicon::new(&[
@@ -53,10 +60,21 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Nears(true),
         ),
         ("=coming|=comes|creep up", Nears(true)),
+        ("=coming|=comes from behind", Nears(true)),
         (
-            "move|drive|head|travel|come|goes|ride|walk|run|drift|race|speed|roll ?straight ?right toward|towards|at ego|us|me|you",
+            "move|drive|head|travel|come|goes|ride|walk|run|drift|race|steer|swerve|veer|roll ?left|right ?straight ?right toward|towards|at ego|us|me|you",
             Nears(true),
         ),
+        (
+            "move|drive|head|come|goes|drift|steer|swerve|veer ?left|right toward|towards our|my ?ego lane|path",
+            Nears(true),
+        ),
+        (
+            "accelerate toward|towards ego|us|me",
+            Drives(P::Accelerating, true),
+        ),
+        ("speed toward|towards|at ego|us|me", Nears(true)),
+        ("accelerate|speed away|off", Drives(P::Accelerating, false)),
         (
             "=closing|=closes|=closed|reduce|shorten|decrease|narrow|shrink|eat|lessen distance|gap|separation|space|spacing",
             Nears(true),
@@ -93,7 +111,7 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             "move|drive|pull|drift|head|goes|travel|walk|get|run|ride|roll|draw|creep|edge|slide|slip ?further|farther away|off",
             Nears(false),
         ),
-        ("fall|drop back", Nears(false)),
+        ("fall|drop back|behind", Pair(P::Signed(true, false))),
         (
             "increase|widen|grow|open|lengthen ?up distance|gap|separation|spacing",
             Nears(false),
@@ -113,22 +131,24 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Own(P::Accelerating),
         ),
         ("slow down", Own(P::Braking)),
+        (
+            "sign|signs|hint of braking|slowing|stopping|deceleration ?down",
+            Own(P::Braking),
+        ),
+        ("=easing|=ease|=eases|=eased off|up", Own(P::Braking)),
         ("get|become|grow slower", Own(P::Braking)),
         (
             "shed|lose|losing|reduce|cut|scrub|decrease ?its|my|our|his speed|velocity|pace",
             Own(P::Braking),
         ),
-        ("=on ?my|our brakes", Own(P::Braking)),
+        ("=on ?my|our|its brakes", Own(P::Braking)),
         ("=getting|=get on ?my|our brakes", Own(P::Braking)),
         (
-            "hit|slam|apply|press|touch|step|tap ?on ?my|our|its|his brakes|brake",
+            "hit|slam|apply|press|touch|step|tap|slamming ?on ?my|our|its|his brakes|brake",
             Own(P::Braking),
         ),
-        (
-            "accelerates|=speeding|=speeds|=sped ?up",
-            Own(P::Accelerating),
-        ),
-        ("speed up", Own(P::Accelerating)),
+        ("accelerates", Own(P::Accelerating)),
+        ("=speeding|=speeds|=sped|speed up", Own(P::Accelerating)),
         (
             "gain|pick|build|increase|add ?up ?its|my|our|his speed|velocity|pace",
             Own(P::Accelerating),
@@ -139,11 +159,11 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Own(P::Steady),
         ),
         (
-            "keep|maintain|hold|cruise ?at ?its|my|our|his ?current|own speed|pace|velocity",
+            "keep|kept|maintain|hold|held|cruise ?at ?its|my|our|his ?current|own speed|pace|velocity",
             Own(P::Steady),
         ),
         (
-            "keep|maintain|hold ?its|my|our|his|at constant|steady speed|pace|velocity",
+            "keep|kept|maintain|hold|held ?its|my|our|his|at constant|steady speed|pace|velocity",
             Own(P::Steady),
         ),
         (
@@ -154,7 +174,8 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             "stationary|static|motionless|immobile|parked|=halted|stalled|=idling|=stopped|=stops",
             Stands,
         ),
-        ("stand|sit|lie still", Stands),
+        ("=stop", Own(P::Stops)),
+        ("stand|sit|lie|stood|sat still", Stands),
         ("=standing|=stands", Stands),
         ("at standing still", Stands),
         ("at rest", Stands),
@@ -168,6 +189,10 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Moves,
         ),
         ("in|on|under motion", Moves),
+        (
+            "stay|remain|keep|kept|hold|held|continue ?in|to ?its|my|our|own|same ?own lane",
+            Never(P::ChangesLane),
+        ),
         ("turn|bend|steer|veer left", Own(P::Turning(true))),
         ("turn|bend|steer|veer =right", Own(P::Turning(false))),
         // Lanes.
@@ -176,10 +201,11 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
             Own(P::ChangesLane),
         ),
         (
-            "change|merge|move|pull|drift|swerve|shift|cut|goes|get|come ?over|back|out|across into|to|onto|on ?our|my|ego|same|left|right|its|adjacent|next|own|oncoming|neighbouring|neighboring ?'s ?hand lane",
+            "change|merge|move|pull|drift|swerve|shift|cut|goes|get|come ?over|back|out|across ?left|right into|to|onto|on ?our|my|ego|same|left|right|its|adjacent|next|own|oncoming|opposite|neighbouring|neighboring ?'s ?hand lane",
             Own(P::ChangesLane),
         ),
         ("=merging|=merges|=merged in|into", Own(P::ChangesLane)),
+        ("=coming|=comes|=came over ?into|to", Own(P::ChangesLane)),
         ("lane change", Own(P::ChangesLane)),
         ("cut ?in|across|off ?on|of ?ego|us|me", Pair(P::CutsIn)),
         (
@@ -188,12 +214,21 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
         ),
         ("pull|swerve|move|merge in front ?of", Pair(P::CutsIn)),
         ("=crossing|=crosses|=crossed|=cross", Own(P::Crossing)),
+        ("zebra|pedestrian crossing", Other),
+        ("across our|my|ego path|way|course", Own(P::Crossing)),
+        (
+            "step|walk|run on|onto|into ?to road|street|crossing|crosswalk|carriageway",
+            Own(P::Crossing),
+        ),
+        ("at|on|before|to|over crossing", Other),
         (
             "in|on|within|along|share|occupies|us|keep|inside|down same|our|my|your|ego ?vehicle ?'s ?own ?driving|travel lane",
             Pair(P::SameLane),
         ),
         ("same lane as ego|us|me", Pair(P::SameLane)),
         ("same lane", Note(P::SameLane)),
+        ("=left ?hand lane", Note(P::NeighbourLane(true))),
+        ("=right ?hand lane", Note(P::NeighbourLane(false))),
         ("same lanelet", Note(P::SameLanelet)),
         (
             "different|another|other|adjacent|separate|neighboring|neighbouring lane|lanes",
@@ -250,6 +285,10 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
         ("opposite|opposing|other ?way|direction|heading", Other),
         ("opposite|opposing direction|way|heading", Pair(P::Oncoming)),
         (
+            "come|coming|drive|travel|move ?in|from other way|direction",
+            Pair(P::Oncoming),
+        ),
+        (
             "in|on opposite|opposing|oncoming ?direction|lane|traffic",
             Pair(P::Oncoming),
         ),
@@ -281,7 +320,7 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
         ),
         ("speed|velocity exceeds ego|our|my", Pair(P::FasterThanEgo)),
         (
-            "=follows|=following|=follow|=followed|=trails|=trailing|=tails|=tailing|tailgate|=chasing",
+            "=follows|=following|=follow|=followed|=trails|=trailed|=trailing|=tails|=tailing|tailgate|=chasing",
             Follows,
         ),
         // Contact.
@@ -292,10 +331,16 @@ pub static VERBS: LazyLock<Lexicon<Act>> = LazyLock::new(|| {
         ("run|ran|smash|slam|bump|drove|plow into", Touches),
         ("rear ended", Touches),
         ("overlap", Touches),
-        ("collision|contact|crash|impact|accident", Contact),
-        // What claims nothing by itself.
+        ("collision|contact|crash|impact|accident|sideswipe", Contact),
         (
-            "pass|overtake|leave|enter|wait|yield|stay|remain|pose|require|need|need|reach|behave|become|appear|seem|show|continue|allow|mean|give|suggest|indicate",
+            "=passes|=passed|=passing|overtake|=overtook|=met|=meets",
+            Passes,
+        ),
+        ("goes|went|go|slip|slipped|drive|move by|past", Passes),
+        // What claims nothing by itself.
+        ("=pass", Other),
+        (
+            "leave|enter|wait|yield|stay|remain|pose|require|need|need|reach|behave|become|appear|seem|show|continue|allow|mean|give|suggest|indicate",
             Other,
         ),
         (

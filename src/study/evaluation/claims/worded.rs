@@ -24,6 +24,10 @@ pub(super) const STILL: f64 = 0.05;
 const SLIGHT: f64 = 0.3;
 const PLAIN: f64 = 1.0;
 
+/// Accelerations above are hard, and those below are gentle, m/s².
+const HARD: f64 = 3.0;
+const GENTLE: f64 = 2.5;
+
 /// Contact to come does so within this, seconds.
 const SOON: f64 = 3.0;
 
@@ -46,8 +50,11 @@ pub fn state(
     match predicate {
         Predicate::Approaching(axis) => closing(encounter, before.as_ref(), (axis, dt), told, 1.0),
         Predicate::Receding(axis) => closing(encounter, before.as_ref(), (axis, dt), told, -1.0),
+        Predicate::KeepsDistance(axis) => keeps(encounter, before.as_ref(), (axis, dt)),
         Predicate::Braking
         | Predicate::Accelerating
+        | Predicate::Hard(_)
+        | Predicate::Gentle(_)
         | Predicate::Steady
         | Predicate::Moving
         | Predicate::Stops
@@ -69,7 +76,7 @@ pub fn state(
                 holds: match apart {
                     _ if stands => Ok(false),
                     apart if (SAME..=std::f64::consts::PI - SAME).contains(&apart) => Ok(true),
-                    apart if !(SAME / 2.0..=std::f64::consts::PI - SAME / 2.0).contains(&apart) => {
+                    apart if !(SAME / 4.0..=std::f64::consts::PI - SAME / 4.0).contains(&apart) => {
                         Ok(false)
                     }
                     _ => Err("it drives at a slant"),
@@ -301,7 +308,11 @@ pub fn own_motion<'m>(
     let dt = scene.scenario.dt();
     let own = now.acceleration * now.velocity.signum();
     let known = match predicate {
-        Predicate::Braking | Predicate::Accelerating | Predicate::Steady => {
+        Predicate::Braking
+        | Predicate::Accelerating
+        | Predicate::Hard(_)
+        | Predicate::Gentle(_)
+        | Predicate::Steady => {
             let seen = before.map(|before| (now.velocity.abs() - before.velocity.abs()) / dt);
             let all: Vec<f64> = [Some(own), seen].into_iter().flatten().collect();
             let some = |is: &dyn Fn(f64) -> bool| all.iter().any(|a| is(*a));
@@ -310,6 +321,18 @@ pub fn own_motion<'m>(
                 Predicate::Braking if !some(&|a| a < 0.0) => Ok(false),
                 Predicate::Accelerating if some(&|a| a > SLIGHT) => Ok(true),
                 Predicate::Accelerating if !some(&|a| a > 0.0) => Ok(false),
+                Predicate::Hard(brakes) | Predicate::Gentle(brakes) => {
+                    let sign = if brakes { -1.0 } else { 1.0 };
+                    let is_hard = matches!(predicate, Predicate::Hard(_));
+                    match sign {
+                        sign if !some(&|a| sign * a > 0.0) => Ok(false),
+                        sign if is_hard && some(&|a| sign * a >= HARD) => Ok(true),
+                        sign if !is_hard && some(&|a| (SLIGHT..=GENTLE).contains(&(sign * a))) => {
+                            Ok(true)
+                        }
+                        _ => Err("how much the words mean is not told"),
+                    }
+                }
                 Predicate::Steady if some(&|a| a.abs() < SLIGHT) => Ok(true),
                 Predicate::Steady if !some(&|a| a.abs() < PLAIN) => Ok(false),
                 _ => Err("its speed hardly changes"),
@@ -384,7 +407,9 @@ pub fn own_motion<'m>(
                                 let moved = was.pose.to_local(&now.pose.position);
                                 moved.y.abs() > 0.3 * dt
                             });
-                        if drift || will {
+                        if drift && will {
+                            Ok(true)
+                        } else if drift || will {
                             Err("it may be on its way")
                         } else {
                             Ok(false)
@@ -429,6 +454,9 @@ fn compare(
             let ttc = measure("ttc").and_then(|ttc| ttc.evaluate(encounter).value());
             Some(ttc.unwrap_or(f64::INFINITY))
         }
+        Dimension::Braking => {
+            Some(-encounter.other.acceleration * encounter.other.velocity.signum())
+        }
         // Less is more dangerous.
         Dimension::Risk => Some(-f64::from(
             encounter
@@ -449,6 +477,13 @@ fn compare(
         })
         .collect();
     let sign = if compared.is_more { 1.0 } else { -1.0 };
+    if compared.rank > 0 {
+        return ranked(
+            usize::from(compared.rank),
+            sign * own,
+            { others.iter() }.map(|one| sign * one.1),
+        );
+    }
     let rival = { others.iter() }
         .max_by(|a, b| (sign * a.1).total_cmp(&(sign * b.1)))
         .copied();
@@ -467,6 +502,24 @@ fn compare(
             _ => Err("they are alike"),
         },
         is: format!("{:.2}, {id} {:.2}", own.abs(), rival.abs()),
+    }
+}
+
+/// Whether so many values are plainly before one's own.
+fn ranked(rank: usize, own: f64, others: impl Iterator<Item = f64>) -> Known {
+    let (mut before, mut alike) = (0, 0);
+    for other in others {
+        before += usize::from(other > own + 0.05);
+        alike += usize::from((other - own).abs() <= 0.05);
+    }
+    Known {
+        holds: match rank {
+            _ if !own.is_finite() => Err("it is never reached"),
+            rank if alike == 0 && before == rank => Ok(true),
+            rank if before > rank || before + alike < rank => Ok(false),
+            _ => Err("they are alike"),
+        },
+        is: format!("{before} before it"),
     }
 }
 
@@ -548,6 +601,29 @@ pub(super) fn lanelet_words(ids: &[i64]) -> String {
         "no lanelet".into()
     } else {
         format!("lanelet {}", ids.join(" and "))
+    }
+}
+
+/// Whether the distance, or the gap along an axis, stays as it is.
+fn keeps(
+    encounter: &Encounter<'_>,
+    before: Option<&Encounter<'_>>,
+    (axis, dt): (Option<bool>, f64),
+) -> Known {
+    let apart = |encounter: &Encounter<'_>| match axis {
+        None => encounter.distance(),
+        Some(true) => encounter.relation().gap_long.abs(),
+        Some(false) => encounter.relation().gap_lat.abs(),
+    };
+    let change = before.map(|before| (apart(encounter) - apart(before)) / dt);
+    Known {
+        holds: match change.map(f64::abs) {
+            None => Err("it was not there before"),
+            Some(change) if change <= SLIGHT => Ok(true),
+            Some(change) if change >= PLAIN => Ok(false),
+            Some(_) => Err("the distance hardly changes"),
+        },
+        is: change.map_or(String::new(), |change| format!("{change:+.1} m/s")),
     }
 }
 

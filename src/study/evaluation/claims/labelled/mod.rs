@@ -212,6 +212,7 @@ fn is_kind(kind: &str, quantity: Quantity) -> bool {
         "lane" => &[Q::Way, Q::Motion],
         "direction" => &[Q::Side],
         "contact" => &[Q::Contact],
+        "time" => &[Q::Time],
         "risk" => &[Q::Risk],
         "comparison" | "superlative" => &[Q::Comparison, Q::Motion],
         "position" => &[Q::Position],

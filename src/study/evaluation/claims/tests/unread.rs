@@ -19,7 +19,7 @@ fn what_changes_a_sentence_is_not_read_over() {
         "Only 301 is ahead of me.",
         "301 is the only vehicle ahead of me.",
         "No vehicle but 301 is ahead of me.",
-        "301 is the second closest vehicle.",
+        "Only 301 is ahead of me, 2.1 m away.",
         "It is wrong that 301 is ahead of me.",
         "I hope 301 is braking.",
         "Were 301 braking, all would be fine.",
@@ -63,7 +63,7 @@ fn what_somebody_thinks_is_of_whom_it_is_thought() {
 fn small_ids_are_whom_a_clause_is_about() {
     let ids = std::collections::BTreeSet::from([7, 39]);
     let world = find::MentionContext {
-        scene: None,
+        subject: None,
         present: 0,
         has_trajectory: false,
         ids: &ids,
@@ -78,8 +78,9 @@ fn small_ids_are_whom_a_clause_is_about() {
     };
     assert_eq!(whom("39 approaches and 7 recedes."), [39, 7]);
     assert_eq!(whom("7 is behind me and 39 is in front of me."), [7, 39]);
-    // A count, which is no claim about 7.
+    // A number of vehicles is counted of all, as the ego's.
     assert_eq!(whom("7 vehicles are braking."), [world.ego]);
+    assert_eq!(whom("39 is closer than 7."), [39]);
 }
 
 #[test]
@@ -93,7 +94,7 @@ fn trucks_are_counted_apart_and_cars_may_be_all_vehicles() {
     let trucks = Some((ObstacleType::Truck, ObstacleType::Truck));
     assert_eq!(of("Two trucks are ahead of me."), Some((2, trucks)));
     assert_eq!(of("Two vehicles are ahead of me."), Some((2, None)));
-    assert_eq!(of("Two trucks are ahead in my lane."), None);
+    assert_eq!(of("Two trucks are ahead in my lane."), Some((2, trucks)));
 }
 
 #[test]
