@@ -294,7 +294,13 @@ impl Sentence<'_> {
                     ));
                 }
                 // "Longitudinal MDC".
-                let is_other = |word: &&&str| **word != "mdc" || own_axis.is_none();
+                // "Longitudinal MDC", "the minimum distance is the lateral distance".
+                let is_told = own
+                    .rsplit_once(" is ")
+                    .is_some_and(|(_, value)| find_axis(value, after).is_some());
+                let is_other = |word: &&&str| {
+                    !(**word == "mdc" && own_axis.is_some() || **word == "minimum" && is_told)
+                };
                 let mut others = OTHER_LENGTHS.iter().filter(is_other);
                 if others.any(|word| has_word(own, word))
                     || axis.is_none()
@@ -366,6 +372,14 @@ impl Sentence<'_> {
                 } else {
                     without_reference(&format!("{} {before}", self.above))
                 };
+                // "Moving left (3 m/s)" is across the heading.
+                let moved = near.trim_end_matches(['(', ' ', '*', '~']);
+                if ["moving left", "moving right", "moving laterally"]
+                    .iter()
+                    .any(|words| moved.ends_with(words))
+                {
+                    return Some((VelocityLat, true));
+                }
                 match axis {
                     None if is_calculated && is_difference && relative(&said) => {
                         Some((ClosingSpeed, true))

@@ -165,8 +165,11 @@ impl Sentence<'_> {
         for (span, quantity, value) in score::written(self.lower, self.numbers) {
             self.said_of_one(span, quantity, value, &mut found);
         }
-        if self.is_contradictory() {
-            found.retain(|claim| claim.quantity != Quantity::Motion);
+        if let Some(at) = self.contradiction() {
+            let own = |at: usize| self.clause(at).map(|clause| clause.at.start);
+            found.retain(|claim| {
+                claim.quantity != Quantity::Motion || own(claim.span.start - self.start) != own(at)
+            });
         }
         let guarded = Guarded {
             tokens: self.tokens,
