@@ -215,6 +215,8 @@ impl Above {
 
     fn begin_heading(&mut self, level: usize, lower: &str, named: &[Mention]) {
         let (before, is_part) = (self.heading, self.is_part(level));
+        // Under "### Obstacle 7", "**Overall risk:**" is of that obstacle.
+        let is_inner = level == BOLD && (1..BOLD).contains(&self.level) && is_inner(lower);
         self.forget();
         match named {
             [one] if !one.compared => {
@@ -223,7 +225,7 @@ impl Above {
                 self.heading = one.id;
             }
             // "**Calculations:**" under "### Obstacle 7" is about that obstacle.
-            [] if before.is_some() && is_part && !concludes(lower) => {
+            [] if before.is_some() && is_part && (is_inner || !concludes(lower)) => {
                 self.heading = before;
                 self.has_parts = true;
                 if !lower.contains(|c: char| c.is_ascii_digit()) {
@@ -302,6 +304,20 @@ fn is_ego(label: &str) -> bool {
     let label = label.strip_prefix("the ").unwrap_or(&label);
     let mut words = label.split_whitespace();
     words.next() == Some("ego") && words.all(|word| NOUNS.split(' ').any(|noun| noun == word))
+}
+
+/// Whether a heading in bold ends what is about one obstacle: "overall risk", "conclusion".
+fn is_inner(lower: &str) -> bool {
+    let says = |words: &[&str]| words.iter().any(|word| lower.contains(word));
+    says(&["overall", "conclu", "final"])
+        && !says(&[
+            "summary",
+            "scenario",
+            "json",
+            "obstacles",
+            "output",
+            "recommend",
+        ])
 }
 
 /// Whether a heading begins what is about all obstacles.

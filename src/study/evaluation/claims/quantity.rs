@@ -454,6 +454,14 @@ impl Sentence<'_> {
                 } else {
                     without_reference(&format!("{} {before}", self.above))
                 };
+                // "Moving left (3 m/s)" is across the heading.
+                let moved = near.trim_end_matches(['(', ' ', '*', '~']);
+                if ["moving left", "moving right", "moving laterally"]
+                    .iter()
+                    .any(|words| moved.ends_with(words))
+                {
+                    return Some((VelocityLat, true));
+                }
                 match axis {
                     None if is_calculated && is_difference && relative(&said) => {
                         Some((ClosingSpeed, true))

@@ -163,8 +163,11 @@ impl Sentence<'_> {
         self.extend(&mut found);
         let events = self.events(&found, &speech);
         found.extend(events);
-        if self.is_contradictory() {
-            found.retain(|claim| claim.quantity != Quantity::Motion);
+        if let Some(at) = self.contradiction() {
+            let own = |at: usize| self.clause(at).map(|clause| clause.at.start);
+            found.retain(|claim| {
+                claim.quantity != Quantity::Motion || own(claim.span.start - self.start) != own(at)
+            });
         }
         let guarded = Guarded {
             tokens: self.tokens,

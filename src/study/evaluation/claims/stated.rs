@@ -604,16 +604,23 @@ impl Sentence<'_> {
     }
 
     /// Whether a verb says something else than its numbers: "increased from 11 m to 9 m".
-    pub(super) fn is_contradictory(&self) -> bool {
-        let Some([from, to]) = self.pairs().first().copied() else {
-            return false;
+    pub(super) fn contradiction(&self) -> Option<usize> {
+        let [from, to] = self.pairs().first().copied()?;
+        // "Is decreasing (from 0 m to -0.5 m)": what the bracket stands behind.
+        let clause = self.clause(from.span.start)?;
+        let own = &self.lower[self.tokens[clause.at.start].span.start..from.span.start];
+        let says = ["increas", "decreas", "grow", "shrink", "reduc"];
+        let at = match says.iter().any(|word| own.contains(word)) {
+            true => from.span.start,
+            false => self.begins(from).0,
         };
         let before = &self.lower[..from.span.start];
         let has = |words: &[&str]| words.iter().any(|word| before.contains(word));
         let grows = has(&["increas", "grow", "grew", "accelerat", "rose"]);
         let shrinks = has(&["decreas", "shr", "reduc", "slow", "brak", "fell", "drop"]);
         let (from, to) = (from.value.abs() * self.scale_of([from, to]), to.value.abs());
-        grows && !shrinks && to < from || shrinks && !grows && to > from
+        let is_other = grows && !shrinks && to < from || shrinks && !grows && to > from;
+        is_other.then_some(at)
     }
 
     /// The numbers of a change: "from 9 m to 7.8 m", "9 → 7.8 m".
@@ -723,6 +730,6 @@ impl Sentence<'_> {
         claim.step = None;
         // Of numbers with signs, what a verb means is not told, but from what to what they change is.
         let is_signed = pair.iter().any(|number| number.value < 0.0);
-        Some(claim).filter(|_| is_signed || !self.is_contradictory())
+        Some(claim).filter(|_| is_signed || self.contradiction().is_none())
     }
 }

@@ -151,6 +151,7 @@ fn parts_of_what_is_about_an_obstacle_have_headings_of_their_own() {
         "### Obstacles\n**Obstacle ID (car):**\n#### Trajectory analysis\n- The longitudinal distance is <GX> m.\n\nObstacle 302 is there.",
         "**Obstacle ID**\n\n**Distances**\n- The longitudinal distance is <GX> m.\n\nObstacle 302 is there.",
         "1. **Obstacle ID:**\n   **Distances:**\n   - The longitudinal distance is <GX> m.\n\nObstacle 302 is there.",
+        "### Obstacle ID\n**Overall risk:**\n- The longitudinal distance is <GX> m.\n\nObstacle 302 is there.",
         "### Analysis for 3.5s - 4.4s\nObstacle ID has a longitudinal distance of <GX> m.\n\nObstacle 302 is there.",
         "### Obstacle ID\n- The ego brakes. The longitudinal distance of the obstacle is <GX> m.\n\nObstacle 302 is there.",
     ] {
@@ -306,6 +307,15 @@ fn what_is_said_of_changes_and_courses_is_no_more_than_that() {
     );
     assert_eq!(stated("it is not closing fast enough"), [] as [&str; 0]);
     assert_eq!(stated("there is no significant approach"), [] as [&str; 0]);
+    assert_eq!(stated("it is moving left (3.00 m/s)")[..1], ["3.00 m/s"]);
+    assert_eq!(
+        stated("the minimum distance is the lateral distance (3.00 m)"),
+        ["3.00 m"]
+    );
+    assert_eq!(
+        stated("laterally it is approaching (distance decreasing from 0.00 m to -0.16 m)"),
+        ["approaching laterally", "0.00 to -0.16 m"]
+    );
     let counted = moment
         .claims("1. **Obstacle 1 (301.0)**:\n   - Speed: 28.46 m/s\n2. **Obstacle 2 (302)**:");
     assert_eq!((counted[0].0, counted.len()), (301, 1));
