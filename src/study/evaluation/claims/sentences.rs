@@ -316,12 +316,24 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
         let parts = clauses(cell).into_iter();
         parts.map(move |(from, clause)| (at + from, clause))
     });
+    let is_timed = claims.iter().any(|checked| {
+        let quantity = checked.claim.quantity;
+        matches!(
+            quantity,
+            Quantity::Ttc | Quantity::TtcLong | Quantity::TtcLat
+        )
+    });
     let clause = { parts }.any(|(from, clause)| {
         let span = from..from + clause.len();
         let has_claim = covers(&span);
         { words(clause) }.any(|(at, word)| {
             let own = from + at..from + at + word.len();
+            let before = clause[..at].trim_end_matches([' ', '-']);
+            let is_time = ["time to", "time-to"]
+                .iter()
+                .any(|words| before.ends_with(words));
             (begins(word, MOVING) || !has_claim && begins(word, PLACED))
+                && !(is_time && is_timed)
                 && !covers(&own)
                 && !is_of_number(clause, at, word)
         }) && !is_comment(clause, has_claim)
@@ -367,7 +379,7 @@ fn is_of_number(clause: &str, at: usize, word: &str) -> bool {
         clause[..at].trim_end(),
         clause[at + word.len()..].trim_start(),
     );
-    let has_unit = ["m", "meters", "metres", "meter", "metre"]
+    let has_unit = ["m", "cm", "km", "meters", "metres", "meter", "metre"]
         .iter()
         .any(|unit| {
             before
