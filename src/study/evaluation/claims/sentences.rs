@@ -89,6 +89,7 @@ const MOVING: &[&str] = &[
     "follow",
     "tailgat",
     "swerv",
+    "rolling",
     "faster",
     "closer",
     "farther",
