@@ -157,7 +157,7 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
 }
 
 /// Numbers that are written as words, where a unit stands behind them.
-const WORDS: [(&str, f64); 18] = [
+const WORDS: [(&str, f64); 28] = [
     ("half a", 0.5),
     ("one", 1.0),
     ("two", 2.0),
@@ -169,13 +169,23 @@ const WORDS: [(&str, f64); 18] = [
     ("eight", 8.0),
     ("nine", 9.0),
     ("ten", 10.0),
+    ("eleven", 11.0),
     ("twelve", 12.0),
+    ("thirteen", 13.0),
+    ("fourteen", 14.0),
     ("fifteen", 15.0),
+    ("sixteen", 16.0),
+    ("seventeen", 17.0),
+    ("eighteen", 18.0),
+    ("nineteen", 19.0),
     ("twenty", 20.0),
     ("thirty", 30.0),
     ("forty", 40.0),
     ("fifty", 50.0),
     ("sixty", 60.0),
+    ("seventy", 70.0),
+    ("eighty", 80.0),
+    ("ninety", 90.0),
 ];
 
 /// The numbers in words of a text: "fifteen metres".
@@ -191,18 +201,45 @@ fn in_words(text: &str) -> Vec<Number> {
             found.push(one);
             continue;
         }
-        let word =
-            { WORDS.iter() }.find(|(word, _)| before.len() == at && ends_with_word(&before, word));
-        if let Some((word, value)) = word {
+        if before.len() == at
+            && let Some((start, value)) = value_of(&before)
+        {
             found.push(Number {
-                value: *value,
-                decimals: u8::from(*value < 1.0),
+                value: value * scale(&text[at..end]),
+                decimals: u8::from(value.fract() != 0.0),
                 unit,
-                span: at - word.len()..end,
+                span: start..end,
             });
         }
     }
     found
+}
+
+/// The number in words that a text ends with, and where it begins: "twenty-five", "two and a half".
+fn value_of(text: &str) -> Option<(usize, f64)> {
+    let last = |text: &str| {
+        let (word, value) = WORDS.iter().find(|(word, _)| ends_with_word(text, word))?;
+        Some((text.len() - word.len(), *value))
+    };
+    if let Some(whole) = text.strip_suffix(" and a half") {
+        return value_of(whole).map(|(start, value)| (start, value + 0.5));
+    }
+    let (start, value) = last(text)?;
+    // "One hundred and five".
+    let is_large = text[..start]
+        .split_whitespace()
+        .rev()
+        .take(3)
+        .any(|word| word.starts_with("hundred") || word.starts_with("thousand"));
+    if is_large {
+        return None;
+    }
+    let before = text[..start].trim_end_matches(['-', ' ']);
+    let tens = last(before).filter(|(_, tens)| *tens >= 20.0 && tens % 10.0 == 0.0);
+    match tens {
+        Some((start, tens)) if (1.0..10.0).contains(&value) => Some((start, tens + value)),
+        _ => Some((start, value)),
+    }
 }
 
 /// One of a unit that is not written as a number: "a metre", "under a second", "a metre and a half".
@@ -511,7 +548,7 @@ pub fn times(
         let after = &lower[number.span.end..];
         // "- 4.8 s: longitudinal 3.75 m"
         let leads = before.chars().all(|c| !c.is_alphanumeric()) && after.starts_with(':');
-        let ago = world.now.is_some() && is_ago(after);
+        let ago = is_ago(after);
         let timed = counted
             || leads
             || ago
@@ -519,7 +556,11 @@ pub fn times(
                 .iter()
                 .any(|word| ends_with_word(before, word));
         let named = match number.unit {
-            Unit::Second if ago => step_at(-number.value.abs(), world),
+            // From now, whatever other times count from.
+            Unit::Second if ago => {
+                let now = world.now.unwrap_or(world.present);
+                step_from(-number.value.abs(), Some(now), world)
+            }
             Unit::Second if timed => step_at(number.value, world),
             // "Step 1" of an answer that was told no time steps is one of its reasoning.
             Unit::None if world.now.is_some() && number.decimals == 0 => continue,
@@ -603,10 +644,15 @@ pub fn heading_time(
 
 /// The step at a time, seconds; nothing between steps, outside the recording, and after what was described.
 fn step_at(seconds: f64, world: &MentionContext<'_>) -> Option<i64> {
+    step_from(seconds, world.now, world)
+}
+
+/// The same, of a time from a step; from time step 0 where there is none.
+fn step_from(seconds: f64, now: Option<i64>, world: &MentionContext<'_>) -> Option<i64> {
     let steps = (seconds / world.dt).round();
     let near = (steps * world.dt - seconds).abs() < 0.1 * world.dt;
-    let step = (steps as i64).saturating_add(world.now.unwrap_or(0));
-    let told = world.now.is_none_or(|now| step <= now);
+    let step = (steps as i64).saturating_add(now.unwrap_or(0));
+    let told = now.is_none_or(|now| step <= now);
     Some(step).filter(|s| near && told && world.steps.contains(s))
 }
 

@@ -91,6 +91,7 @@ const MOVING: &[&str] = &[
     "follow",
     "tailgat",
     "swerv",
+    "rolling",
     "faster",
     "closer",
     "farther",
@@ -343,14 +344,26 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
             .any(|verb| has_word(text, verb))
     };
     let label = if says(&lower[..label]) { 0 } else { label };
+    let is_timed = claims.iter().any(|checked| {
+        let quantity = checked.claim.quantity;
+        matches!(
+            quantity,
+            Quantity::Ttc | Quantity::TtcLong | Quantity::TtcLat
+        )
+    });
     let clause = { parts }.any(|(from, clause)| {
         let span = from..from + clause.len();
         let has_claim = covers(&span);
         let is_vague = is_vague(clause);
         { words(clause) }.any(|(at, word)| {
             let own = from + at..from + at + word.len();
+            let before = clause[..at].trim_end_matches([' ', '-']);
+            let is_time = ["time to", "time-to"]
+                .iter()
+                .any(|words| before.ends_with(words));
             (begins(word, MOVING) || !has_claim && begins(word, PLACED) && !is_vague)
                 && own.start >= label
+                && !(is_time && is_timed)
                 && !covers(&own)
                 && !is_of_number(clause, at, word)
         }) && !is_comment(clause, has_claim)
@@ -396,7 +409,7 @@ fn is_of_number(clause: &str, at: usize, word: &str) -> bool {
         clause[..at].trim_end(),
         clause[at + word.len()..].trim_start(),
     );
-    let has_unit = ["m", "meters", "metres", "meter", "metre"]
+    let has_unit = ["m", "cm", "km", "meters", "metres", "meter", "metre"]
         .iter()
         .any(|unit| {
             before

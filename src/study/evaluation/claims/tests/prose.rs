@@ -283,3 +283,25 @@ fn who_is_named_again_and_what_is_now() {
         ],
     );
 }
+
+#[test]
+fn numbers_in_words_and_times_ago() {
+    hold(
+        "RedLight",
+        (40, 50),
+        &[
+            (
+                "301 is about sixteen and a half metres away.",
+                "301 is about forty-five metres away.",
+            ),
+            (
+                "0.5 s ago, 301 was 26.6 m away.",
+                "0.5 s ago, 301 was 50.0 m away.",
+            ),
+            (
+                "The time to collision with 301 is 0.8 s.",
+                "The time to collision with 301 is 2.8 s.",
+            ),
+        ],
+    );
+}
