@@ -91,6 +91,8 @@ mod splits;
 mod stored;
 #[path = "../support/mod.rs"]
 mod support;
+#[cfg(unix)]
+mod task_pages;
 mod tasks;
 mod themes_and_keys;
 mod thresholds;
