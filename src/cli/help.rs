@@ -15,7 +15,9 @@ use nearmiss_workflow::annex::SafetyRequirement;
 use nearmiss_workflow::experiment_schema;
 
 use super::open::resolved;
-use super::{Arguments, Failure, Outcome, drivers, generate, json, knobs, output};
+use super::{Arguments, Failure, Outcome, drivers, generate, json, knobs, mcp, output};
+use nearmiss_ask::llm::{Environment, QUIRKS, Registry};
+use nearmiss_settings::{Config, Planning};
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -44,19 +46,7 @@ pub fn run(arguments: &Help) -> Outcome {
         ));
     };
     if let (Some(topic), [_]) = (topic(first), &words[..]) {
-        output::text(topic.text)?;
-        return match topic.name {
-            "json" => output::text(&vocabulary()),
-            "experiments" => output::text(&format!("\n## Keys\n\n{}", knobs::keys::<Experiment>())),
-            "requirements" => output::text(&format!(
-                "\n## Keys\n\n{}",
-                knobs::keys::<SafetyRequirement>()
-            )),
-            "planners" => output::text(&planner_messages()),
-            "preventability" => output::text(&format!("\n## Each driver\n\n{}", drivers::page())),
-            "tools" => output::text(&nearmiss_study::tools::table()),
-            _ => Ok(()),
-        };
+        return output::text(&format!("{}{}", topic.text, generated(topic.name)));
     }
     let mut command = &program;
     for (at, word) in words.iter().enumerate() {
@@ -68,6 +58,51 @@ pub fn run(arguments: &Help) -> Outcome {
         Some(topic) => output::text(&format!("\nManual: `nearmiss help {}`\n", topic.name)),
         None => Ok(()),
     }
+}
+
+/// What comes behind the text of a topic, from the code.
+fn generated(topic: &str) -> String {
+    let keys = |title: &str, keys: String| format!("\n## {title}\n\n{keys}");
+    match topic {
+        "json" => vocabulary(),
+        "experiments" => keys("Keys", knobs::keys::<Experiment>()),
+        "requirements" => keys("Keys", knobs::keys::<SafetyRequirement>()),
+        "planners" => planner_messages(),
+        "preventability" => keys("Each driver", drivers::page()),
+        "tools" => nearmiss_study::tools::table(),
+        "configuration" => {
+            keys("Keys of config.toml", knobs::keys::<Config>())
+                + &keys("Keys of [planner]", knobs::keys::<Planning>())
+        }
+        "providers" => keys("Providers", providers()) + &keys("Quirks", quirks()),
+        "mcp-server" => keys("Tools", mcp::tools()),
+        _ => String::new(),
+    }
+}
+
+/// The built-in providers: address, and the variables of the key.
+fn providers() -> String {
+    let registry = Registry::lenient(&toml::Table::new(), Path::new(""));
+    let all = registry.addresses(&Environment::from_lookup(|_| None)).into_iter();
+    let lines = all.map(|one| {
+        format!(
+            "    {:<14} {:<50} {}\n",
+            one.provider,
+            one.url,
+            one.keys.join(" or ")
+        )
+    });
+    lines.collect()
+}
+
+/// How servers and models differ, as `quirks = { … }` of a provider or model says it.
+fn quirks() -> String {
+    let lines = QUIRKS.iter().map(|(name, about)| {
+        let about =
+            textwrap::fill(&about.replace("  ", " "), 66).replace('\n', &format!("\n{:30}", ""));
+        format!("    {name:<25} {}\n", about.trim())
+    });
+    lines.collect()
 }
 
 /// The program's arguments, with commands in groups; commands of commands have the `help` that comes with clap.

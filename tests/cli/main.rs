@@ -73,6 +73,7 @@ mod ratings;
 mod reading;
 mod recording_task;
 mod recordings;
+mod reference;
 mod refused;
 mod remote;
 mod render;

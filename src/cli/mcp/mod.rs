@@ -40,6 +40,17 @@ use jobs::{BUDGET, Progress, SpendingLimit};
 use places::Places;
 use resources::PROMPT;
 
+/// Each tool with what it does and its arguments, for the manual.
+pub fn tools() -> String {
+    let lines = catalogue::offered(true).map(|tool| {
+        let options: Vec<&str> = tool.options.iter().map(|option| option.name).collect();
+        let about = format!("{} Arguments: {}.", tool.about, options.join(", "));
+        let about = textwrap::fill(&about, 66).replace('\n', &format!("\n{:22}", ""));
+        format!("    {:<17} {about}\n", tool.name)
+    });
+    lines.collect()
+}
+
 /// Arguments of `mcp`.
 #[derive(Debug, clap::Args)]
 pub struct Mcp {
