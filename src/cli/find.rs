@@ -29,7 +29,7 @@ const TOKENS: u32 = 4096;
 /// Arguments of `find`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-`nearmiss help finding` lists the terms.\n\
+`nearmiss help corpora` lists the terms.\n\
 Exit status: 0 windows were found; 1 none was; 2 an error of input, or a model wrote no terms.")]
 pub struct Find {
     /// Terms that a window has to fit: "manoeuvre:cut_in ttc<1.5 road:highway". With --model a sentence:
@@ -110,7 +110,7 @@ pub fn run(arguments: &Find) -> Outcome {
         Some(model) => written(model, &words, arguments, &folders, &config)?,
         None => FindDocument::of(&words).map_err(|failure| {
             Failure::input(format!(
-                "{}; `nearmiss help finding` lists the terms, --model MODEL writes those of a sentence",
+                "{}; `nearmiss help corpora` lists the terms, --model MODEL writes those of a sentence",
                 failure.message
             ))
         })?,
@@ -142,7 +142,7 @@ pub fn run(arguments: &Find) -> Outcome {
         0 => {
             if checked_filter(&document.filter).is_ok_and(|filter| filter.has_words()) {
                 output::say(
-                    "nearmiss: words are parts of names, folders or tags of scenarios; `nearmiss help finding` lists the terms",
+                    "nearmiss: words are parts of names, folders or tags of scenarios; `nearmiss help corpora` lists the terms",
                 );
             }
             for measure in &found.nowhere {

@@ -20,7 +20,7 @@ pub struct Gate {
     /// several. Metrics have the names of CSV and JSON.
     #[arg(long, value_name = "REQUIREMENT")]
     require: Vec<Requirement>,
-    /// Compare each way of the batch with the same one in this bundle (`nearmiss help bundles`), on the same questions.
+    /// Compare each way of the batch with the same one in this bundle (`nearmiss help experiments`), on the same questions.
     #[arg(long, value_name = "FILE", requires = "no_worse_than")]
     baseline_bundle: Option<PathBuf>,
     /// The most by which accuracy may have fallen since the bundle.

@@ -29,11 +29,17 @@ pub struct Help {
     /// with the topic requirements: `requirement`; with the topic planners: of a message, such as `hello`.
     #[arg(long, value_name = "OUTPUT")]
     schema: Option<String>,
+    /// Search all topics: lines with all of these words, each with its topic and section.
+    #[arg(long, value_name = "WORDS", conflicts_with_all = ["words", "schema"])]
+    find: Option<String>,
 }
 
 /// Runs `help`.
 pub fn run(arguments: &Help) -> Outcome {
     let words = &arguments.words;
+    if let Some(wanted) = &arguments.find {
+        return find(wanted);
+    }
     if let Some(name) = &arguments.schema {
         return schema(words, name);
     }
@@ -60,6 +66,54 @@ pub fn run(arguments: &Help) -> Outcome {
     }
 }
 
+/// A planner in Python that the tests drive.
+const MINIMAL_PLANNER: &str = include_str!("../../tests/planners/minimal.py");
+
+/// Lines that a search prints at most.
+const MOST_FOUND: usize = 40;
+
+/// Prints the lines of all topics that have these words, below their topic and section.
+fn find(wanted: &str) -> Outcome {
+    let wanted: Vec<String> = { wanted.split_whitespace() }
+        .map(str::to_lowercase)
+        .collect();
+    let (mut told, mut found) = (String::new(), 0);
+    for topic in TOPICS {
+        let text = format!("{}{}", topic.text, generated(topic.name));
+        let (mut section, mut said) = (String::new(), String::new());
+        for line in text.lines() {
+            if let Some(title) = line.strip_prefix("## ") {
+                section = format!(" · {title}");
+            }
+            let lower = line.to_lowercase();
+            if wanted.is_empty() || !wanted.iter().all(|word| lower.contains(word)) {
+                continue;
+            }
+            found += 1;
+            if found > MOST_FOUND {
+                continue;
+            }
+            let place = format!("{}{section}\n", topic.name);
+            if place != said {
+                told += &place;
+                said = place;
+            }
+            told += &format!("    {}\n", line.trim());
+        }
+    }
+    if found == 0 {
+        return Err(Failure::finding("no line of the manual has these words"));
+    }
+    output::text(&told)?;
+    if found > MOST_FOUND {
+        output::say(&format!(
+            "nearmiss: {} more lines; add a word",
+            found - MOST_FOUND
+        ));
+    }
+    Ok(())
+}
+
 /// What comes behind the text of a topic, from the code.
 fn generated(topic: &str) -> String {
     let keys = |title: &str, keys: String| format!("\n## {title}\n\n{keys}");
@@ -67,7 +121,7 @@ fn generated(topic: &str) -> String {
         "json" => vocabulary(),
         "experiments" => keys("Keys", knobs::keys::<Experiment>()),
         "requirements" => keys("Keys", knobs::keys::<SafetyRequirement>()),
-        "planners" => planner_messages(),
+        "planners" => format!("\n```python\n{MINIMAL_PLANNER}```\n{}", planner_messages()),
         "preventability" => keys("Each driver", drivers::page()),
         "tools" => nearmiss_study::tools::table(),
         "configuration" => {
@@ -83,7 +137,9 @@ fn generated(topic: &str) -> String {
 /// The built-in providers: address, and the variables of the key.
 fn providers() -> String {
     let registry = Registry::lenient(&toml::Table::new(), Path::new(""));
-    let all = registry.addresses(&Environment::from_lookup(|_| None)).into_iter();
+    let all = registry
+        .addresses(&Environment::from_lookup(|_| None))
+        .into_iter();
     let lines = all.map(|one| {
         format!(
             "    {:<14} {:<50} {}\n",

@@ -1,4 +1,4 @@
-//! The task pages of the manual: their commands are run in order, and what they print is what the page shows.
+//! Pages of the manual with commands, those of tasks above all: the commands are run in order, and what they print is what the page shows.
 //!
 //! A `console` block has commands behind `$ ` and below each what it prints; a line
 //! `…` stands for any lines, and `[..]` in a line for any words. A block whose first
@@ -26,13 +26,11 @@ const LONGEST: usize = 12;
 const WIDEST: usize = 112;
 
 fn pages() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/docs/tasks");
-    let mut all: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    all.sort();
-    all
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/docs");
+    let with_commands = nearmiss::docs::TOPICS
+        .iter()
+        .filter(|topic| topic.text.contains("```console"));
+    with_commands.map(|topic| folder.join(topic.file)).collect()
 }
 
 fn parts(page: &str) -> Vec<Part> {
@@ -266,7 +264,11 @@ async fn the_commands_of_the_task_pages_print_what_the_pages_show() {
             .home
             .write(shell.home.config().join("config.toml"), config);
         let (after, words) = tokio::task::block_in_place(|| shell.run(&before));
-        assert!(words <= 400, "{}: {words} words", page.display());
+        assert!(
+            words <= 400 || !page.display().to_string().contains("tasks"),
+            "{}: {words} words",
+            page.display()
+        );
         if before == after {
             continue;
         }

@@ -62,7 +62,7 @@ enum Format {
     #[value(name = "huggingface")]
     HuggingFace,
     /// The batch of --batch (b7, last, or an experiment file that was run) with its answers, truth and templates as one
-    /// file for other machines, BATCH.nearmiss. See `nearmiss help bundles`.
+    /// file for other machines, BATCH.nearmiss. See `nearmiss help experiments`.
     Bundle,
 }
 

@@ -74,7 +74,7 @@ pub struct GenerateArguments {
     )]
     attacker: Vec<i64>,
     /// Search only for attacks that these terms describe: who, which manoeuvre, from where, how hard. "actor:car,truck
-    /// manoeuvre:cut-in place:left-lane severe"; `nearmiss help wishes` lists them.
+    /// manoeuvre:cut-in place:left-lane severe"; `nearmiss help generating` lists them.
     #[arg(long, value_name = "TERMS", conflicts_with = "check")]
     wish: Option<Wish>,
     /// Prefer attacks whose contact all of these drivers would avoid, such as cc,fsm; `nearmiss drivers` lists them. The
@@ -103,7 +103,7 @@ pub struct GenerateArguments {
     how: ProblemOption,
     /// Change a setting of the planner (those of `plan`), or how a model is asked: votes (for the attacker), within
     /// (metres, in which it chooses it), samples (motions), retries, feedback (on, off), grades (on, off), rank (exact,
-    /// model), obey (on, off). See `nearmiss help model-attacks`.
+    /// model), obey (on, off). See `nearmiss help generating`.
     #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::setting)]
     set: Vec<(String, String)>,
     #[command(flatten)]

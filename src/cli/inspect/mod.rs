@@ -33,7 +33,7 @@ pub struct Inspect {
     #[arg(required = true, value_name = "PATH")]
     files: Vec<PathBuf>,
     /// Rows of these scenarios alone: terms of the list's filter, such as 'ttc < 1.5 tag:urban' or 'severity<=1'; see
-    /// `nearmiss help finding`.
+    /// `nearmiss help corpora`.
     #[arg(long = "where", value_name = "TERMS")]
     terms: Option<String>,
     /// The most severe N rows.
