@@ -16,7 +16,7 @@ use super::{Failure, Outcome};
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Requirements (status 1 if one is not met)")]
 pub struct Gate {
-    /// What each way of asking must reach, such as 'f1 >= 0.8', or 'lab/model: recall > 0.9' for one; repeat it for
+    /// What each configuration must reach, such as 'f1 >= 0.8', or 'lab/model: recall > 0.9' for one; repeat it for
     /// several. Metrics have the names of CSV and JSON.
     #[arg(long, value_name = "REQUIREMENT")]
     require: Vec<Requirement>,

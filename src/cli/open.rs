@@ -46,9 +46,9 @@ pub struct ScenarioArguments {
 /// Who is the ego.
 #[derive(Debug, Clone, Default, clap::Args, serde::Serialize)]
 pub struct EgoChoice {
-    /// The ego: id of an obstacle or its name in a table of tracks, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
-    /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command. FILE#ID and
-    /// planner#ID choose the planning problem, #ID in the recording beside the scenario [default: that recording, else
+    /// The ego: the id of an obstacle, its name in a table of tracks, or a file with its motion (recorded trajectory, Frenetix
+    /// log, CommonRoad solution). `planner` is the built-in planner, `planner:NAME` that of [planner.NAME] in config.toml, or a
+    /// command. FILE#ID and planner#ID choose the planning problem, #ID in the recording beside the scenario [default: that recording, else
     /// `planner` where there is a planning problem, else the follower of the most dangerous pair].
     #[arg(
         long,

@@ -24,6 +24,7 @@ mod drivers;
 mod egos;
 #[path = "../domain/protobuf/encode.rs"]
 mod encode;
+mod english;
 mod escape_sequences;
 mod evaluate;
 mod evaluate_bulk;

@@ -248,9 +248,8 @@ fn what_pages_refer_to_is_there() {
             .map(|(at, m)| text.split_at(at + m.len()))
         {
             let (word, _) = rest.split_once('`').unwrap();
-            let fine =
-                known.iter().any(|name| name == word)
-                    || ["TOPIC", "COMMAND", "--find WORDS"].contains(&word);
+            let fine = known.iter().any(|name| name == word)
+                || ["TOPIC", "COMMAND", "--find WORDS"].contains(&word);
             assert!(fine, "{page}: nearmiss help {word}");
         }
         let file = TOPICS
