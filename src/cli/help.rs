@@ -22,14 +22,14 @@ use nearmiss_settings::{Config, Planning};
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
 pub struct Help {
-    /// Topic or command, with its subcommands [default: list both].
+    /// Topic or command, with its subcommands [default: list topics and commands].
     #[arg(value_name = "TOPIC|COMMAND")]
     words: Vec<String>,
-    /// With the topic json: print the JSON schema of this output; with the topic experiments: `experiment`;
-    /// with the topic requirements: `requirement`; with the topic planners: of a message, such as `hello`.
+    /// Print a JSON schema: with topic json of this output, with planners of a message such as `hello`, with
+    /// experiments `experiment`, with requirements `requirement`.
     #[arg(long, value_name = "OUTPUT")]
     schema: Option<String>,
-    /// Search all topics: lines with all of these words, each with its topic and section.
+    /// Search all topics for lines that contain all WORDS; print each with its topic and section.
     #[arg(long, value_name = "WORDS", conflicts_with_all = ["words", "schema"])]
     find: Option<String>,
 }
@@ -446,7 +446,7 @@ fn unknown_word(command: &clap::Command, before: &[String], word: &str) -> Strin
 /// Arguments of `completions`.
 #[derive(Debug, clap::Args)]
 pub struct Completions {
-    /// Shell whose completions are printed, or man for the manual page.
+    /// Shell to print completions for, or man for the manual page.
     #[arg(value_enum, value_name = "SHELL|man")]
     kind: Generated,
 }
