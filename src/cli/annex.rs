@@ -21,14 +21,14 @@ use super::{Failure, Outcome};
 /// Arguments of `annex`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit status: 0 every planner meets the requirement in every scenario; 1 one does not, or something is open; \
+Exit status: 0 every planner meets the requirement in every scenario; 1 one does not, or a finding is open; \
 2 usage or input error; 130 interrupted.")]
 pub struct AnnexArguments {
-    /// The requirement: a TOML file (`nearmiss help requirements`).
+    /// Requirement file (TOML); see `nearmiss help requirements`.
     file: PathBuf,
     #[command(flatten)]
     format: output::FormatOption,
-    /// Also write the annex to a file, or to several from the same drives: .html, .tex, .md or .json.
+    /// Also write the annex to FILE (.html, .tex, .md or .json); repeat for several formats from the same drives.
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
     /// Replace existing files.

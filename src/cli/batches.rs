@@ -28,25 +28,25 @@ pub struct Batches {
 
 #[derive(Debug, clap::Subcommand)]
 enum BatchesCommand {
-    /// Fetch the answers of a batch that the provider has ready.
+    /// Fetch the answers that the provider has ready.
     Collect {
-        /// Its number [default: every batch that is not over].
+        /// Batch number [default: every unfinished batch].
         id: Option<i64>,
-        /// Keep polling until every answer is there.
+        /// Poll until every answer has arrived.
         #[arg(long)]
         wait: bool,
     },
-    /// Ask the provider to stop; answers ready by then are paid for, and `collect` fetches them.
+    /// Ask the provider to cancel a batch; finished answers are charged and can still be collected.
     Cancel {
-        /// Number of the batch.
+        /// Batch number.
         id: i64,
     },
-    /// Give up a batch that the provider no longer has, so that its questions can be asked again; answered ones may be
-    /// paid twice.
+    /// Give up a batch that the provider has lost, so that its questions can be asked again; answered ones may be
+    /// charged twice.
     GiveUp {
-        /// Number of the batch.
+        /// Batch number.
         id: i64,
-        /// Do not ask the provider first, even if it may still deliver or cannot be reached.
+        /// Skip the check with the provider, even if it may still deliver or is unreachable.
         #[arg(long)]
         force: bool,
     },

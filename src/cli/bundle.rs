@@ -37,10 +37,10 @@ pub fn is_one(path: &Path) -> bool {
 /// Options of `--format bundle`.
 #[derive(Debug, clap::Args)]
 pub struct BundleOptions {
-    /// Bundle: include the scenario files with their egos; without it, they are known by their hashes.
+    /// Bundle: include the scenario files and their egos; without it, the bundle identifies them by hash.
     #[arg(long)]
     with_scenarios: bool,
-    /// Bundle: leave out ratings, which name the persons who rated.
+    /// Bundle: leave out ratings, which contain the names of raters.
     #[arg(long)]
     without_ratings: bool,
 }

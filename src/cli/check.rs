@@ -29,42 +29,42 @@ use super::{Failure, Outcome, ask, ending};
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-`nearmiss help answers`: what is found, tolerances, how often the rules are right.\n\
-Exit status: 0 the sentences were checked, whatever they come to; 1 a model did not answer; 2 an error of input.")]
+`nearmiss help answers` explains claims, tolerances and the accuracy of the rules.\n\
+Exit status: 0 the text was checked, whatever the result; 1 a model did not answer; 2 usage or input error.")]
 pub struct Check {
-    /// A scenario file, the name of a bundled scenario, or FILE.jsonl with texts about scenarios, one a line.
+    /// Scenario file, name of a bundled scenario, or FILE.jsonl with one text about a scenario per line.
     #[arg(required_unless_present = "labelled")]
     scenario: Option<PathBuf>,
-    /// The text: a file, or - for standard input.
+    /// File with the text; - reads standard input.
     #[arg(long, value_name = "FILE")]
     text: Option<PathBuf>,
     #[command(flatten)]
     ego: EgoChoice,
-    /// The present of the text: a time step (32), seconds (3.2s) or worst [default: the last step].
+    /// Present of the text: a time step (32), seconds (3.2s) or worst [default: the last step].
     #[arg(long, value_name = AT, allow_negative_numbers = true)]
     at: Option<At>,
-    /// Steps until then that the text was told of [default: 10].
+    /// Steps in the window that its author was shown, up to the present [default: 10].
     #[arg(long, value_name = "N", value_parser = history)]
     history: Option<u32>,
-    /// Times in the text count from its present: "0.5 s ago", "at -0.5 s".
+    /// Count times in the text from its present: "0.5 s ago", "at -0.5 s".
     #[arg(long)]
     relative: bool,
-    /// The trajectory that came with the text: JSON, [[t, x, y], …] from the present on.
+    /// Trajectory that came with the text: JSON, [[t, x, y], …] from the present on.
     #[arg(long, value_name = "FILE")]
     trajectory: Option<PathBuf>,
-    /// What the model was shown: numbers that it does not have are called invented.
+    /// Prompt that the model received; numbers that are not in it are reported as invented.
     #[arg(long, value_name = "FILE")]
     prompt: Option<PathBuf>,
-    /// Model that puts sentences which the rules do not understand into claims, as provider/model; the geometry decides.
+    /// Model that turns sentences the rules cannot parse into claims, as provider/model; the geometry still decides.
     #[arg(long)]
     model: Option<String>,
-    /// Maximum cost of its answers in US dollars [default: `budget` in config.toml, else none].
+    /// Maximum cost of the model's answers in US dollars [default: `budget` in config.toml, else none].
     #[arg(long, value_name = "USD", requires = "model", allow_negative_numbers = true, value_parser = ask::budget)]
     budget: Option<f64>,
-    /// Say how much would be asked and what it costs at most; nothing is sent.
+    /// Print the number of requests and their maximum cost; send nothing.
     #[arg(long, requires = "model")]
     dry_run: bool,
-    /// Print how far the rules agree with people on built-in sentences.
+    /// Print how often the rules agree with people on built-in labelled sentences.
     #[arg(long, conflicts_with_all = ["scenario", "text"])]
     labelled: bool,
     #[command(flatten)]

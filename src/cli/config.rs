@@ -20,7 +20,7 @@ use super::{Failure, Outcome, output};
 /// Subcommands of `config`.
 #[derive(Debug, clap::Subcommand)]
 pub enum ConfigCommand {
-    /// Print the configuration in force and where each value comes from.
+    /// Print the configuration in force and the source of each value.
     Print,
     /// List and preview the themes of the workbench.
     Themes(Themes),
@@ -221,9 +221,9 @@ fn user_variable() -> Option<&'static str> {
 /// Arguments of `config themes`.
 #[derive(Debug, clap::Args)]
 pub struct Themes {
-    /// Theme to show in detail [default: list all].
+    /// Theme to show in detail [default: list all themes].
     name: Option<String>,
-    /// Colour depth of the preview [default: that of the terminal, none in a pipe].
+    /// Colour depth of the preview [default: that of the terminal; none in a pipe].
     #[arg(long, value_name = "COLOURS", value_parser = ["true", "256", "16", "none"])]
     depth: Option<String>,
     #[command(flatten)]
@@ -233,22 +233,22 @@ pub struct Themes {
 /// Arguments of `config keys`.
 #[derive(Debug, clap::Args)]
 pub struct Keys {
-    /// Use this preset and ignore keymap.toml.
+    /// Show this preset and ignore keymap.toml.
     #[arg(long, value_name = "NAME", value_parser = ["default", "vim"])]
     preset: Option<String>,
-    /// Form of the output.
+    /// Output format.
     #[arg(long, value_enum, default_value = "table")]
     format: KeysFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum KeysFormat {
-    /// A table.
+    /// Human-readable text.
     Table,
-    /// JSON lines: one object an action.
+    /// JSON lines: one object per action.
     #[value(alias = "jsonl")]
     Json,
-    /// A keymap.toml with all keys to start from.
+    /// A keymap.toml with all keys, to edit.
     Toml,
 }
 

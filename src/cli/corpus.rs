@@ -27,11 +27,11 @@ pub enum Corpus {
     Index(Box<index::Index>),
     /// Count the windows of an index by manoeuvre, road and severity.
     Show(index::Show),
-    /// How often egos of an index meet a manoeuvre: events per hour and per kilometre, with intervals.
+    /// Estimate how often egos meet a manoeuvre: events per hour and per kilometre, with intervals.
     Rate(rate::Rates),
-    /// Find the windows of an index that a sentence means.
+    /// Search an index by terms, or in plain English with a model.
     Find(find::Find),
-    /// Draw scenarios or windows from an index so that they cover it.
+    /// Draw a stratified sample of windows or scenarios from an index.
     Sample(Sample),
 }
 
@@ -49,11 +49,11 @@ pub fn run(command: &Corpus) -> Outcome {
 /// Arguments of `corpus show`.
 #[derive(Debug, clap::Args)]
 pub struct Show {
-    /// Folder of the index.
+    /// Index folder.
     folder: PathBuf,
     #[command(flatten)]
     format: output::FormatOption,
-    /// Also draw the table: a file .svg or .png.
+    /// Also draw the table to FILE (.svg or .png).
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace an existing file.
@@ -159,10 +159,10 @@ pub fn save_picture(picture: &Picture, path: &Path, overwrite: bool) -> Outcome 
 /// Arguments of `sample`.
 #[derive(Debug, clap::Args)]
 pub struct Sample {
-    /// Folder of an index, see `nearmiss corpus index`.
+    /// Index folder; see `nearmiss corpus index`.
     folder: PathBuf,
-    /// What windows are told apart by, separated by commas: manoeuvre, road, severity. From each combination the same
-    /// number is drawn, as far as it has as many.
+    /// Strata to balance, separated by commas: manoeuvre, road, severity. Each combination contributes equally while
+    /// its windows last.
     #[arg(
         long,
         value_name = "AXIS",
@@ -173,13 +173,14 @@ pub struct Sample {
     /// Number of windows.
     #[arg(short, long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     number: u32,
-    /// Seed; the same seed draws the same windows from the same index.
+    /// Random seed; the same seed draws the same windows from the same index.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Only scenarios that all baselines fail and a drive proves solvable, each once; they are driven until N are found.
+    /// Draw only scenarios that all baselines fail and a drive proves solvable, each once; drives scenarios until N are
+    /// found.
     #[arg(long)]
     hard: bool,
-    /// Form of the output [default: from the file name, else table].
+    /// Output format [default: from the file name, else table].
     #[arg(long, value_enum)]
     format: Option<SampleFormat>,
     #[command(flatten)]
@@ -188,14 +189,14 @@ pub struct Sample {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum SampleFormat {
-    /// A line for each window, with the reason for drawing it.
+    /// A line per window, with the reason it was drawn.
     Table,
-    /// Paths of scenarios alone, each once.
+    /// Scenario paths only, each once.
     Paths,
-    /// JSON lines: one object for each window.
+    /// JSON lines: one object per window.
     #[value(alias = "jsonl")]
     Json,
-    /// An experiment file that asks about the drawn scenarios; add its models.
+    /// An experiment file that asks about the drawn scenarios; add models to run it.
     Toml,
 }
 

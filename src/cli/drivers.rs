@@ -28,20 +28,22 @@ use nearmiss_workflow::tables::{
 /// Arguments of `drivers`.
 #[derive(Debug, clap::Args)]
 pub struct Drivers {
-    /// Scenario files, folders or names of bundled scenarios [default: list the drivers].
+    /// Scenario files, folders or names of bundled scenarios [default: list the driver models].
     paths: Vec<PathBuf>,
     #[command(flatten)]
     ego: EgoChoice,
-    /// Drive a family of UN Regulation 157 instead: cut-in, cut-out or braking, every case of the grid; -o FILE.svg or .png
-    /// draws the boundary of preventability.
+    /// Drive every case of a UN Regulation 157 family: cut-in, cut-out or braking; -o FILE.svg or .png draws the
+    /// boundary of preventability.
     #[arg(long, value_name = "FAMILY", conflicts_with = "paths")]
     family: Option<Family>,
-    /// Only cases with these speeds of the ego (km/h), separated by commas.
+    /// Drive only the cases with these ego speeds (km/h), separated by commas.
     #[arg(long, value_name = "KMH", value_delimiter = ',', requires = "family")]
     speed: Vec<i64>,
-    /// Drive a family of the most severe encounter of one scenario instead: up to three of gap (m), closing (m/s),
-    /// lateral_speed (m/s) and start (s), as gap=2..20, gap=2..20:0.5 with its step, or gap for values around the recorded one;
-    /// -o FILE.svg or .png draws the boundary of preventability, -o FILE.xosc writes it with these parameters.
+    /// Vary up to three parameters of the most severe encounter of one scenario, separated by commas
+    ///
+    /// Parameters: gap (m), closing (m/s), lateral_speed (m/s) and start (s). Write gap=2..20, gap=2..20:0.5 with a
+    /// step, or gap for values around the recorded one. -o FILE.svg or .png draws the boundary of preventability; -o
+    /// FILE.xosc writes a parameterised scenario.
     #[arg(
         long,
         value_name = "PARAMETER,…",
@@ -50,7 +52,7 @@ pub struct Drivers {
         conflicts_with = "family"
     )]
     vary: Vec<Vary>,
-    /// Format of the table [default: from the file name, else table].
+    /// Output format [default: from the file name, else table].
     #[arg(long, value_enum)]
     format: Option<PageFormat>,
     #[command(flatten)]

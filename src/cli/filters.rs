@@ -12,9 +12,11 @@ use super::{Failure, Outcome, open, output};
 /// Narrows runs down, as an argument.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Filters {
-    /// Only runs with all these words in model, scenario, answer, reasoning, justification or notes, and of these
-    /// filters: model:PART, scenario:PART, task:, verdict: (dangerous, safe, none), state: (answered, unparsed, failed,
-    /// …), origin: (asked, recorded, replayed), batch:, since:DAY, before:DAY, pinned, deleted.
+    /// Select runs that contain all WORDs and match all FILTERs
+    ///
+    /// Words are searched in model, scenario, answer, reasoning, justification and notes. Filters: model:PART,
+    /// scenario:PART, task:, verdict: (dangerous, safe, none), state: (answered, unparsed, failed, …), origin: (asked,
+    /// recorded, replayed), batch:, since:DAY, before:DAY, pinned, deleted.
     #[arg(value_name = "WORD|FILTER")]
     filter: Vec<String>,
     #[command(flatten)]
@@ -24,7 +26,7 @@ pub struct Filters {
 /// Narrows runs down, as an option.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct FilterOption {
-    /// Only these runs: words and filters as `nearmiss runs list` takes them, such as 'model:gpt task:safety'.
+    /// Select runs by words and filters, as in `nearmiss runs list`: 'model:gpt task:safety'.
     #[arg(long, value_name = "FILTER")]
     runs: Vec<String>,
     #[command(flatten)]
@@ -33,7 +35,7 @@ pub struct FilterOption {
 
 #[derive(Debug, Clone, Default, clap::Args)]
 struct BatchOption {
-    /// Only runs of this batch, such as b7, or `last`.
+    /// Select runs of one batch, such as b7, or `last`.
     #[arg(long)]
     batch: Option<String>,
 }
@@ -140,7 +142,7 @@ fn opened(open: impl Fn(&Path) -> Result<Store, StoreError>) -> Result<Arc<Store
 /// Shows answers of test splits that are not complete.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct Unlock {
-    /// Include answers of test splits that are not complete; later reports say that these were looked at.
+    /// Include answers of incomplete test splits; later reports state that these were unlocked.
     #[arg(long)]
     unlock: bool,
 }

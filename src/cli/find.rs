@@ -29,23 +29,23 @@ const TOKENS: u32 = 4096;
 /// Arguments of `find`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-`nearmiss help finding` lists the terms.\n\
-Exit status: 0 windows were found; 1 none was; 2 an error of input, or a model wrote no terms.")]
+`nearmiss help corpora` lists the terms.\n\
+Exit status: 0 windows found; 1 none found; 2 usage or input error, or the model wrote no terms.")]
 pub struct Find {
-    /// Terms that a window has to fit: "manoeuvre:cut_in ttc<1.5 road:highway". With --model a sentence:
-    /// "cut-ins under 1.5 s TTC on motorways".
+    /// Terms that a window must match: "manoeuvre:cut_in ttc<1.5 road:highway"; with --model a sentence: "cut-ins under
+    /// 1.5 s TTC on motorways".
     #[arg(required = true)]
     terms: Vec<String>,
-    /// Model that writes the terms of the sentence, as provider/model. They are shown before the search.
+    /// Model that translates the sentence into terms, as provider/model. The terms are printed before the search.
     #[arg(long)]
     model: Option<String>,
-    /// Folder of the index, see `nearmiss corpus index` [default: `index` of the configuration].
+    /// Index folder; see `nearmiss corpus index` [default: `index` in config.toml].
     #[arg(long, value_name = "FOLDER")]
     index: Option<PathBuf>,
-    /// Print the terms, and search nothing.
+    /// Print the terms without searching.
     #[arg(long, conflicts_with = "number")]
     filter_only: bool,
-    /// Number of windows that are printed, the most severe ones, of one severity in the order of the index; all are counted.
+    /// Number of windows to print, most severe first, then in index order; all matches are counted.
     #[arg(short, long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     number: u32,
     #[command(flatten)]
@@ -110,7 +110,7 @@ pub fn run(arguments: &Find) -> Outcome {
         Some(model) => written(model, &words, arguments, &folders, &config)?,
         None => FindDocument::of(&words).map_err(|failure| {
             Failure::input(format!(
-                "{}; `nearmiss help finding` lists the terms, --model MODEL writes those of a sentence",
+                "{}; `nearmiss help corpora` lists the terms, --model MODEL writes those of a sentence",
                 failure.message
             ))
         })?,
@@ -142,7 +142,7 @@ pub fn run(arguments: &Find) -> Outcome {
         0 => {
             if checked_filter(&document.filter).is_ok_and(|filter| filter.has_words()) {
                 output::say(
-                    "nearmiss: words are parts of names, folders or tags of scenarios; `nearmiss help finding` lists the terms",
+                    "nearmiss: words are parts of names, folders or tags of scenarios; `nearmiss help corpora` lists the terms",
                 );
             }
             for measure in &found.nowhere {

@@ -14,19 +14,20 @@ use super::{Failure, Outcome};
 
 /// What must hold.
 #[derive(Debug, Clone, clap::Args)]
-#[command(next_help_heading = "Requirements (status 1 if one is not met)")]
+#[command(next_help_heading = "Requirements (exit status 1 if one is not met)")]
 pub struct Gate {
-    /// What each way of asking must reach, such as 'f1 >= 0.8', or 'lab/model: recall > 0.9' for one; repeat it for
-    /// several. Metrics have the names of CSV and JSON.
+    /// Requirement on every configuration, such as 'f1 >= 0.8', or on one: 'lab/model: recall > 0.9'; repeat for
+    /// several. Metrics are named as in CSV and JSON.
     #[arg(long, value_name = "REQUIREMENT")]
     require: Vec<Requirement>,
-    /// Compare each way of the batch with the same one in this bundle (`nearmiss help bundles`), on the same questions.
+    /// Compare each configuration with the same one in this bundle (`nearmiss help experiments`), on the same
+    /// questions; needs --no-worse-than.
     #[arg(long, value_name = "FILE", requires = "no_worse_than")]
     baseline_bundle: Option<PathBuf>,
-    /// The most by which accuracy may have fallen since the bundle.
+    /// Largest allowed drop in accuracy since the bundle, 0 to 1; needs --baseline-bundle.
     #[arg(long, value_name = "SHARE", requires = "baseline_bundle", value_parser = margin)]
     no_worse_than: Option<f64>,
-    /// JUnit XML file to write, replaced if it exists: a test case for each requirement and way.
+    /// Write a JUnit XML file, replacing an existing one, with a test case per requirement and configuration.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
 }
@@ -239,11 +240,11 @@ fn escaped(text: &str) -> String {
 /// Declared comparisons.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Declared {
-    /// The model or prompt configuration that all others are compared with, as tables name it (`lab/model`, or
-    /// `ego · cp · lab/model`): only these comparisons are made, and corrected together.
+    /// Model or prompt configuration to compare all others with, by its name in the tables (`lab/model` or `ego · cp ·
+    /// lab/model`). Only these comparisons are made; their p-values are adjusted together.
     #[arg(long, value_name = "NAME")]
     baseline: Option<String>,
-    /// The comparison that matters, as two names: it is not corrected for the others.
+    /// Primary comparison, as two names. Its p-value is not adjusted for the other comparisons.
     #[arg(long, value_name = "A,B", value_parser = two_names)]
     compare: Option<(String, String)>,
 }

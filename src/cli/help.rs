@@ -15,23 +15,31 @@ use nearmiss_workflow::annex::SafetyRequirement;
 use nearmiss_workflow::experiment_schema;
 
 use super::open::resolved;
-use super::{Arguments, Failure, Outcome, drivers, generate, json, knobs, output};
+use super::{Arguments, Failure, Outcome, drivers, generate, json, knobs, mcp, output};
+use nearmiss_ask::llm::{Environment, QUIRKS, Registry};
+use nearmiss_settings::{Config, Planning};
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
 pub struct Help {
-    /// Topic or command, with its subcommands [default: list both].
+    /// Topic or command, with its subcommands [default: list topics and commands].
     #[arg(value_name = "TOPIC|COMMAND")]
     words: Vec<String>,
-    /// With the topic json: print the JSON schema of this output; with the topic experiments: `experiment`;
-    /// with the topic requirements: `requirement`; with the topic planners: of a message, such as `hello`.
+    /// Print a JSON schema: with topic json of this output, with planners of a message such as `hello`, with
+    /// experiments `experiment`, with requirements `requirement`.
     #[arg(long, value_name = "OUTPUT")]
     schema: Option<String>,
+    /// Search all topics for lines that contain all WORDS; print each with its topic and section.
+    #[arg(long, value_name = "WORDS", conflicts_with_all = ["words", "schema"])]
+    find: Option<String>,
 }
 
 /// Runs `help`.
 pub fn run(arguments: &Help) -> Outcome {
     let words = &arguments.words;
+    if let Some(wanted) = &arguments.find {
+        return find(wanted);
+    }
     if let Some(name) = &arguments.schema {
         return schema(words, name);
     }
@@ -44,19 +52,7 @@ pub fn run(arguments: &Help) -> Outcome {
         ));
     };
     if let (Some(topic), [_]) = (topic(first), &words[..]) {
-        output::text(topic.text)?;
-        return match topic.name {
-            "json" => output::text(&vocabulary()),
-            "experiments" => output::text(&format!("\n## Keys\n\n{}", knobs::keys::<Experiment>())),
-            "requirements" => output::text(&format!(
-                "\n## Keys\n\n{}",
-                knobs::keys::<SafetyRequirement>()
-            )),
-            "planners" => output::text(&planner_messages()),
-            "preventability" => output::text(&format!("\n## Each driver\n\n{}", drivers::page())),
-            "tools" => output::text(&nearmiss_study::tools::table()),
-            _ => Ok(()),
-        };
+        return output::text(&format!("{}{}", topic.text, generated(topic.name)));
     }
     let mut command = &program;
     for (at, word) in words.iter().enumerate() {
@@ -68,6 +64,101 @@ pub fn run(arguments: &Help) -> Outcome {
         Some(topic) => output::text(&format!("\nManual: `nearmiss help {}`\n", topic.name)),
         None => Ok(()),
     }
+}
+
+/// A planner in Python that the tests drive.
+const MINIMAL_PLANNER: &str = include_str!("../../tests/planners/minimal.py");
+
+/// Lines that a search prints at most.
+const MOST_FOUND: usize = 40;
+
+/// Prints the lines of all topics that have these words, below their topic and section.
+fn find(wanted: &str) -> Outcome {
+    let wanted: Vec<String> = { wanted.split_whitespace() }
+        .map(str::to_lowercase)
+        .collect();
+    let (mut told, mut found) = (String::new(), 0);
+    for topic in TOPICS {
+        let text = format!("{}{}", topic.text, generated(topic.name));
+        let (mut section, mut said) = (String::new(), String::new());
+        for line in text.lines() {
+            if let Some(title) = line.strip_prefix("## ") {
+                section = format!(" · {title}");
+            }
+            let lower = line.to_lowercase();
+            if wanted.is_empty() || !wanted.iter().all(|word| lower.contains(word)) {
+                continue;
+            }
+            found += 1;
+            if found > MOST_FOUND {
+                continue;
+            }
+            let place = format!("{}{section}\n", topic.name);
+            if place != said {
+                told += &place;
+                said = place;
+            }
+            told += &format!("    {}\n", line.trim());
+        }
+    }
+    if found == 0 {
+        return Err(Failure::finding("no line of the manual has these words"));
+    }
+    output::text(&told)?;
+    if found > MOST_FOUND {
+        output::say(&format!(
+            "nearmiss: {} more lines; add a word",
+            found - MOST_FOUND
+        ));
+    }
+    Ok(())
+}
+
+/// What comes behind the text of a topic, from the code.
+fn generated(topic: &str) -> String {
+    let keys = |title: &str, keys: String| format!("\n## {title}\n\n{keys}");
+    match topic {
+        "json" => vocabulary(),
+        "experiments" => keys("Keys", knobs::keys::<Experiment>()),
+        "requirements" => keys("Keys", knobs::keys::<SafetyRequirement>()),
+        "planners" => format!("\n```python\n{MINIMAL_PLANNER}```\n{}", planner_messages()),
+        "preventability" => keys("Each driver", drivers::page()),
+        "tools" => nearmiss_study::tools::table(),
+        "configuration" => {
+            keys("Keys of config.toml", knobs::keys::<Config>())
+                + &keys("Keys of [planner]", knobs::keys::<Planning>())
+        }
+        "providers" => keys("Providers", providers()) + &keys("Quirks", quirks()),
+        "mcp-server" => keys("Tools", mcp::tools()),
+        _ => String::new(),
+    }
+}
+
+/// The built-in providers: address, and the variables of the key.
+fn providers() -> String {
+    let registry = Registry::lenient(&toml::Table::new(), Path::new(""));
+    let all = registry
+        .addresses(&Environment::from_lookup(|_| None))
+        .into_iter();
+    let lines = all.map(|one| {
+        format!(
+            "    {:<14} {:<50} {}\n",
+            one.provider,
+            one.url,
+            one.keys.join(" or ")
+        )
+    });
+    lines.collect()
+}
+
+/// How servers and models differ, as `quirks = { … }` of a provider or model says it.
+fn quirks() -> String {
+    let lines = QUIRKS.iter().map(|(name, about)| {
+        let about =
+            textwrap::fill(&about.replace("  ", " "), 66).replace('\n', &format!("\n{:30}", ""));
+        format!("    {name:<25} {}\n", about.trim())
+    });
+    lines.collect()
 }
 
 /// The program's arguments, with commands in groups; commands of commands have the `help` that comes with clap.
@@ -355,7 +446,7 @@ fn unknown_word(command: &clap::Command, before: &[String], word: &str) -> Strin
 /// Arguments of `completions`.
 #[derive(Debug, clap::Args)]
 pub struct Completions {
-    /// Shell whose completions are printed, or man for the manual page.
+    /// Shell to print completions for, or man for the manual page.
     #[arg(value_enum, value_name = "SHELL|man")]
     kind: Generated,
 }

@@ -16,15 +16,17 @@ use super::{Failure, Outcome, bundle, output};
 /// Arguments of `runs import`.
 #[derive(Debug, clap::Args)]
 pub struct Import {
-    /// JSONL files and bundles of `nearmiss runs export`; stores of other machines (runs.sqlite); folders laid out as the
-    /// repository of "From Words to Collisions". Bundles of parts of one batch (`--shard`) become one.
+    /// Files to import
+    ///
+    /// JSONL files and bundles from `nearmiss runs export`, stores of other machines (runs.sqlite), or folders laid out
+    /// as the repository of "From Words to Collisions". Bundles of shards (`--shard`) of one batch are merged.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Folder for the experiment file, templates, labels and scenarios of a bundle; of several bundles, for a folder of
-    /// each [default: the name of the bundle without its ending].
+    /// Folder for the experiment file, templates, labels and scenarios of a bundle; several bundles get a subfolder
+    /// each [default: the bundle's name without its ending].
     #[arg(long, value_name = "FOLDER")]
     into: Option<PathBuf>,
-    /// Check bundles and list what is in them; import nothing.
+    /// Check bundles and list their contents; import nothing.
     #[arg(long, conflicts_with = "into")]
     dry_run: bool,
     #[command(flatten)]

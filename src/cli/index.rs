@@ -28,31 +28,31 @@ use super::{Failure, Outcome};
 /// Arguments of `corpus index`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The index is a folder of Parquet parts with a row for each window; `nearmiss corpus show FOLDER` prints its table, \
-`nearmiss corpus sample FOLDER` draws from it.")]
+The index is a folder of Parquet files with one row per window. `nearmiss corpus show FOLDER` counts the windows, \
+`nearmiss corpus sample FOLDER` draws a sample.")]
 pub struct Index {
     /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Folder of the index; created if missing. With - the windows are printed as a stream of Arrow IPC.
+    /// Index folder; created if missing. With - the windows are printed as an Arrow IPC stream.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
-    /// Start again in a folder with an earlier run.
+    /// Start over in a folder with an earlier run.
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
     many: ManyFiles,
-    /// Length of a window, seconds.
+    /// Window length in seconds.
     #[arg(long, value_name = "S", default_value_t = default_index_options().length, value_parser = positive)]
     length: f64,
-    /// Seconds from the start of a window to that of the next.
+    /// Time between the starts of consecutive windows in seconds.
     #[arg(long, value_name = "S", default_value_t = default_index_options().stride, value_parser = positive)]
     stride: f64,
-    /// Leave out pairs whose centres are farther apart throughout a window, metres.
+    /// Leave out pairs whose centres stay farther apart than this throughout a window, in metres.
     #[arg(long, value_name = "M", default_value_t = INDEX_RADIUS, value_parser = positive)]
     radius: f64,
     /// Measures of each window, separated by commas, or `all`; `nearmiss metrics --list` lists them. The risk score is
-    /// always measured.
+    /// always included.
     #[arg(
         long,
         value_name = "MEASURE",

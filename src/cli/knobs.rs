@@ -13,8 +13,8 @@ use nearmiss_workflow::{complete_experiment, configured_experiment};
 /// Settings of an experiment.
 #[derive(Debug, clap::Args)]
 pub struct Knobs {
-    /// Set what an experiment file would, such as `history=20`, `effort=low,high` or `split.test=0.5`; over what the file
-    /// says; repeat it for several. See below, or `nearmiss help experiments`.
+    /// Set a key of experiment files, such as `history=20`, `effort=low,high` or `split.test=0.5`; repeat for several.
+    /// Overrides the experiment file. See the list below or `nearmiss help experiments`.
     #[arg(long, value_name = "KEY=VALUE", value_parser = setting)]
     set: Vec<(String, String)>,
 }

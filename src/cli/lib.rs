@@ -59,7 +59,7 @@ use std::path::PathBuf;
     after_help = "Manual: `nearmiss help` lists its topics, `nearmiss help TOPIC` prints one."
 )]
 pub struct Arguments {
-    /// The command to run; without one the workbench opens.
+    /// Command to run; without one, the workbench opens.
     #[command(subcommand)]
     pub command: Option<Command>,
     /// Scenario files, folders or names of bundled scenarios to open in the workbench, or one experiment file (.toml)
@@ -68,13 +68,13 @@ pub struct Arguments {
     /// Who is the ego in the workbench.
     #[command(flatten)]
     pub ego: EgoChoice,
-    /// Folder of an index (`nearmiss corpus index`), whose terms filter the list of the workbench.
+    /// Index folder (`nearmiss corpus index`) whose terms filter the list of the workbench.
     #[arg(long, value_name = "FOLDER")]
     pub index: Option<PathBuf>,
     /// How tables of tracks are read.
     #[command(flatten)]
     pub reading: Reading,
-    /// Lead through the workbench in nine keys, on bundled scenarios with example answers; nothing is kept.
+    /// Take a tour of the workbench in nine keys, with bundled scenarios and example answers; nothing is saved.
     #[arg(long, conflicts_with_all = ["paths", "ego", "index"])]
     pub tour: bool,
 }
@@ -82,22 +82,22 @@ pub struct Arguments {
 /// The headless commands, in the order of `help::GROUPS`.
 #[derive(Debug, clap::Subcommand)]
 pub enum Command {
-    /// Show what a scenario contains, and its errors with line numbers.
+    /// Show what a scenario contains, and report errors with line numbers.
     Inspect(inspect::Inspect),
-    /// Tell what happened in a scenario (`--story`), or describe it as models are told it.
+    /// Describe a scenario as prompts do, or tell what happened (`--story`).
     Describe(prompt::Describe),
-    /// Draw maps, plots or the workbench as SVG, PNG or GIF.
+    /// Draw maps, plots or the workbench as SVG, PNG, GIF, MP4 or HTML.
     Render(render::Render),
-    /// Write scenarios as CommonRoad 2020a XML, or as OpenSCENARIO XML with OpenDRIVE.
+    /// Convert scenarios to CommonRoad, OpenSCENARIO with OpenDRIVE, or tables of tracks.
     Convert(convert::Convert),
-    /// Compute every safety measure of every obstacle at every step.
+    /// Compute every safety measure for every obstacle at every time step.
     Metrics(metrics::Metrics),
-    /// Index the windows of many scenarios; search the index and draw from it.
+    /// Index the windows of many scenarios, search them and draw samples.
     #[command(subcommand)]
     Corpus(corpus::Corpus),
-    /// Ask a model, or the built-in judge, for one verdict.
+    /// Ask a model or the built-in judge for one verdict.
     Ask(ask::Ask),
-    /// Show what models receive: messages, descriptions, and the templates they are made of.
+    /// Show prompts as models receive them, and manage their templates.
     #[command(subcommand)]
     Prompt(prompts::Prompt),
     /// List models with their keys, prices and retirement dates.
@@ -106,31 +106,31 @@ pub enum Command {
     Evaluate(Box<evaluate::Evaluate>),
     /// Report the accuracy of stored or recorded answers.
     Report(report::ReportArguments),
-    /// Check the sentences of a text about a scenario: which are true of the scene.
+    /// Check the claims of a text against the scene.
     Check(check::Check),
-    /// List, show, export and import stored answers, their ratings and provider batches.
+    /// List, show, export and import stored answers, ratings and provider batches.
     #[command(subcommand)]
     Runs(runs::Runs),
-    /// Improve a prompt template from wrong answers of an experiment's dev split.
+    /// Improve a prompt template from wrong answers on the dev split of an experiment.
     Tune(tune::Tune),
-    /// Plan the ego's motion and simulate it in the recorded traffic.
+    /// Plan the ego's motion and simulate it in recorded or reactive traffic.
     Plan(plan::PlanArguments),
     /// Turn safe scenarios into dangerous but avoidable ones.
     Generate(generate::GenerateArguments),
-    /// Judge contacts and near misses by models of drivers: who avoids them, and until when.
+    /// Find out which driver models would have avoided a contact or near miss, and until when.
     Drivers(drivers::Drivers),
-    /// Hold planners to a requirement, beside drivers and baselines, and write it up for a safety case.
+    /// Check planners against a safety requirement and write an annex for a safety case.
     Annex(annex::AnnexArguments),
-    /// Serve tools, scenarios and prompts to other programs over the Model Context Protocol.
+    /// Serve tools, scenarios and prompts over the Model Context Protocol.
     Mcp(mcp::Mcp),
     /// Check terminal, files, store and models, and suggest fixes.
     Doctor(doctor::Doctor),
-    /// Print the configuration in force, the themes or the keys of the workbench.
+    /// Print the configuration in force, or the themes and keys of the workbench.
     #[command(subcommand)]
     Config(config::ConfigCommand),
-    /// Print completions for a shell, or the manual page.
+    /// Print shell completions or the manual page.
     Completions(help::Completions),
-    /// Print a topic of the manual, or the help of a command.
+    /// Print a topic of the manual or the help of a command.
     Help(help::Help),
 }
 

@@ -24,7 +24,7 @@ use super::{Failure, Outcome, output};
 /// One part of the scenarios.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct ShardOption {
-    /// Only this part of the scenarios, such as 2/8; the name decides the part.
+    /// Process only part I of N of the scenarios, such as 2/8; the scenario name decides the part.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
 }
@@ -34,8 +34,8 @@ pub struct ShardOption {
 pub struct ManyFiles {
     #[command(flatten)]
     pub part: ShardOption,
-    /// Continue in the folder of -o where a run with --resume was stopped or killed, or begin one: finished files are
-    /// kept, those of changed scenarios are made again.
+    /// Resume a run in the folder of -o, or start one that can be resumed. Finished files are kept; those of changed
+    /// scenarios are written again.
     #[arg(long, requires = "output")]
     pub resume: bool,
 }

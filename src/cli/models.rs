@@ -22,13 +22,13 @@ use nearmiss_settings::Folders;
 pub struct Models {
     #[command(flatten)]
     format: output::FormatOption,
-    /// Do not look for servers on this machine.
+    /// Skip the search for local servers.
     #[arg(long)]
     offline: bool,
-    /// Include local models that do not chat, such as embeddings.
+    /// Include local models that cannot chat, such as embeddings.
     #[arg(long)]
     all: bool,
-    /// Lay a price table over the shipped prices: the JSON of models.dev or litellm, a file or an address.
+    /// Override the built-in prices with a price table: JSON of models.dev or litellm, from a file or URL.
     #[arg(long, value_name = "FILE|URL", conflicts_with_all = ["format", "offline", "all"])]
     update: Option<String>,
 }

@@ -46,10 +46,13 @@ pub struct ScenarioArguments {
 /// Who is the ego.
 #[derive(Debug, Clone, Default, clap::Args, serde::Serialize)]
 pub struct EgoChoice {
-    /// The ego: id of an obstacle or its name in a table of tracks, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
-    /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command. FILE#ID and
-    /// planner#ID choose the planning problem, #ID in the recording beside the scenario [default: that recording, else
-    /// `planner` where there is a planning problem, else the follower of the most dangerous pair].
+    /// Ego: an obstacle, a recorded motion or a planner [default: the recording beside the scenario, else `planner` if
+    /// there is a planning problem, else the follower of the most dangerous pair]
+    ///
+    /// ID is an obstacle id, or its name in a table of tracks. FILE is a recorded trajectory, a Frenetix log or a
+    /// CommonRoad solution. `planner` is the built-in planner, `planner:NAME` that of [planner.NAME] in config.toml or
+    /// a command. FILE#ID and planner#ID choose the planning problem; #ID chooses it in the recording beside the
+    /// scenario.
     #[arg(
         long,
         value_name = "ID|FILE[#ID]|planner[#ID]",
@@ -368,15 +371,15 @@ pub fn named_measure(id: &str) -> Result<&'static Measure, String> {
 /// How tables of tracks are read, and which map they lie on.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Reading {
-    /// Columns of tables of tracks: `time=t[ms],id=track,x=px[ft],y=py[down]`; `nearmiss help tracks` has roles and units
-    /// [default: by the names of the columns].
+    /// Columns of tables of tracks, such as `time=t[ms],id=track,x=px[ft],y=py[down]`; see `nearmiss help tracks` for
+    /// roles and units [default: from the column names].
     // `report` has an option of that name of its own, which is this one for clap: both are texts.
     #[arg(long, global = true, value_name = "ROLE=COLUMN,…", help_heading = TABLES, value_parser = spelled::<Columns>)]
     columns: Option<String>,
-    /// Frames a second, where a table counts frames instead of time.
+    /// Frame rate in Hz, for tables that count frames instead of time.
     #[arg(long, global = true, value_name = "HZ", help_heading = TABLES, value_parser = rate)]
     rate: Option<f64>,
-    /// Map beside tables of tracks: Lanelet2, OpenDRIVE, CommonRoad or a net of SUMO.
+    /// Map for tables of tracks: Lanelet2, OpenDRIVE, CommonRoad or a SUMO net.
     #[arg(long, global = true, value_name = "FILE", help_heading = TABLES)]
     map: Option<PathBuf>,
 }

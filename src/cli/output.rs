@@ -80,9 +80,9 @@ pub enum TableFormat {
     /// JSON lines: one object per row.
     #[value(alias = "jsonl")]
     Json,
-    /// Apache Parquet with units and meanings as metadata.
+    /// Apache Parquet, with units and meanings as metadata.
     Parquet,
-    /// A stream of Apache Arrow IPC, with units and meanings as metadata.
+    /// Apache Arrow IPC stream, with units and meanings as metadata.
     Arrow,
 }
 
@@ -116,17 +116,17 @@ impl TableFormat {
 /// Formats of what is a page or a text table for people, and a table for programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum PageFormat {
-    /// Text for people.
+    /// Human-readable text.
     #[value(alias = "text")]
     Table,
-    /// CSV with a header, a row for each.
+    /// CSV with a header: one row per item.
     Csv,
-    /// JSON: one object; of several, one a line.
+    /// JSON: one object; several as JSON lines.
     #[value(alias = "jsonl")]
     Json,
-    /// Apache Parquet with units and meanings as metadata, a row for each.
+    /// Apache Parquet, with units and meanings as metadata: one row per item.
     Parquet,
-    /// A stream of Apache Arrow IPC with the same.
+    /// Apache Arrow IPC stream, with the same rows and metadata.
     Arrow,
 }
 
@@ -212,18 +212,18 @@ pub fn visible(text: &str) -> String {
 /// How results are printed.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct FormatOption {
-    /// Form of the output [default: table].
+    /// Output format [default: table].
     #[arg(long, value_enum)]
     format: Option<PrintedFormat>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 enum PrintedFormat {
-    /// Text for people.
+    /// Human-readable text.
     #[default]
     #[value(alias = "text")]
     Table,
-    /// JSON: one object; of several, one a line.
+    /// JSON: one object; several as JSON lines.
     #[value(alias = "jsonl")]
     Json,
 }
@@ -256,7 +256,7 @@ impl FormatOption {
 /// The option for it, on the command line.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct ForSpreadsheet {
-    /// For CSV that a spreadsheet opens: put an apostrophe before text that it would run as a formula.
+    /// Make CSV safe for spreadsheets: prefix text that would run as a formula with an apostrophe.
     #[arg(long)]
     for_spreadsheet: bool,
 }
@@ -312,7 +312,7 @@ fn without_formulas(csv: &[u8]) -> Vec<u8> {
 /// The file that a command writes, on the command line.
 #[derive(Debug, clap::Args)]
 pub struct OutputFile {
-    /// File to write; - is standard output, which is the default.
+    /// File to write; - is standard output [default: standard output].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace an existing file.

@@ -35,9 +35,10 @@ pub struct QuestionArguments {
     /// Task: collision, safety, recording, attacker or trajectory.
     #[arg(long, default_value = "collision")]
     pub task: Task,
-    /// Frame of the description: ego, cartesian, metrics or trajectory; picture for a picture from above in place of
-    /// words, ego+picture, cartesian+picture, metrics+picture or trajectory+picture for both [default: ego; metrics for
-    /// attacker; trajectory for trajectory].
+    /// Frame of the description [default: ego; metrics for attacker; trajectory for trajectory]
+    ///
+    /// ego, cartesian, metrics or trajectory describe the scene in words. picture shows it from above. ego+picture,
+    /// cartesian+picture, metrics+picture and trajectory+picture have both.
     #[arg(long)]
     frame: Option<Frame>,
     /// Prompting techniques: cp, cot and icl, joined by commas; base for none, all for all [default: from the template,
@@ -87,8 +88,8 @@ impl QuestionArguments {
 pub struct PromptArguments {
     #[command(flatten)]
     asked: QuestionArguments,
-    /// Change a setting of the template: stride, radius, precision, form, contact, road, axes, measures; or pack=paper, to
-    /// ask as "From Words to Collisions" does. See `nearmiss help prompting`.
+    /// Change a setting of the template: stride, radius, precision, form, contact, road, axes, measures, or pack=paper
+    /// for the prompts of "From Words to Collisions". See `nearmiss help prompting`.
     #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::of_question)]
     set: Vec<(String, String)>,
     #[command(flatten)]
@@ -160,24 +161,25 @@ pub struct Describe {
     files: Vec<PathBuf>,
     #[command(flatten)]
     ego: EgoChoice,
-    /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle); picture, ego+picture,
-    /// cartesian+picture, metrics+picture or trajectory+picture for a picture from above, alone or with words.
+    /// Frame of the description
+    ///
+    /// ego, cartesian, metrics, or trajectory (needs --obstacle) describe the scene in words. picture shows it from
+    /// above. ego+picture, cartesian+picture, metrics+picture and trajectory+picture have both.
     #[arg(long, default_value = "ego")]
     frame: Frame,
-    /// What happened instead: the moment that matters in at most four sentences, with times and numbers,
-    /// and who would have avoided it.
+    /// Tell what happened: the moment that matters in at most four sentences with times and numbers, and which drivers
+    /// would have avoided it.
     #[arg(long, conflicts_with_all = ["frame", "set", "at", "history", "obstacle"])]
     story: bool,
     #[command(flatten)]
     span: Span,
-    /// Change how the scene is described: stride, radius, precision, form (compact or prose), contact, road, axes, measures.
-    /// See `nearmiss help prompting`.
+    /// Change a setting of the description: stride, radius, precision, form (compact or prose), contact, road, axes,
+    /// measures. See `nearmiss help prompting`.
     #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::of_description)]
     set: Vec<(String, String)>,
     #[command(flatten)]
     format: output::FormatOption,
-    /// File for the picture of a frame that has one: .png, as models are sent it, or .svg; with another name for the
-    /// text.
+    /// Write the picture of a frame that has one (.png, as sent to models, or .svg); any other ending writes the text.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace an existing file.

@@ -22,34 +22,34 @@ use super::{Failure, Outcome, output};
 pub enum Prompt {
     /// Print the messages that a model would receive.
     Show(PromptArguments),
-    /// The same as `nearmiss describe`.
+    /// Same as `nearmiss describe`.
     #[command(hide = true)]
     Describe(Describe),
-    /// List the templates with task, frame, version, hash, origin and errors.
+    /// List templates with task, frame, version, hash, origin and errors.
     List {
         #[command(flatten)]
         format: output::FormatOption,
     },
-    /// Print the text of a template or fragment in use.
+    /// Print a template or fragment as it is in use.
     Text(Name),
-    /// Copy a template into your folder to change it; existing files are not replaced.
+    /// Copy a template into your folder to edit it; existing files are kept.
     Copy {
         #[command(flatten)]
         name: Name,
-        /// New name, so that both templates exist.
+        /// Name of the copy, to keep both templates.
         #[arg(long = "as", value_name = "NEW")]
         new: Option<String>,
     },
-    /// Compare your version of a template with the shipped one.
+    /// Compare your version of a template with the built-in one.
     Diff(Name),
-    /// Use this template for its task and frame, in the workbench too.
+    /// Use a template for its task and frame, also in the workbench.
     Use(Name),
 }
 
 /// A template on the command line.
 #[derive(Debug, clap::Args)]
 pub struct Name {
-    /// File name; `.md` may be left out.
+    /// File name, with or without `.md`.
     name: String,
 }
 

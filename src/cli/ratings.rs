@@ -16,7 +16,7 @@ use nearmiss_study::evaluation::{RaterAgreement, Standing, Standings, StandingsB
 pub struct Ratings {
     #[command(subcommand)]
     what: Option<RatingsCommand>,
-    /// Compare models or prompts.
+    /// What to compare.
     #[arg(long, value_enum, default_value = "model")]
     by: RatingsQuery,
     #[command(flatten)]
@@ -27,13 +27,13 @@ pub struct Ratings {
 enum RatingsQuery {
     /// Models.
     Model,
-    /// Prompts: frame, techniques, and the version of the template.
+    /// Prompts: frame, techniques and template version.
     Prompt,
 }
 
 #[derive(Debug, clap::Subcommand)]
 enum RatingsCommand {
-    /// How far persons who rated the same answers agree: Cohen's and Fleiss' kappa.
+    /// Report inter-rater agreement on the same answers: Cohen's and Fleiss' kappa.
     Agreement {
         #[command(flatten)]
         format: output::FormatOption,
@@ -44,7 +44,7 @@ enum RatingsCommand {
 
 #[derive(Debug, clap::Args)]
 struct Export {
-    /// Format [default: from the file name, else json].
+    /// Output format [default: from the file name, else json].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -56,7 +56,7 @@ enum Format {
     /// JSON lines: one object per rating.
     #[value(alias = "jsonl")]
     Json,
-    /// CSV with a header, one row an answer; control characters become symbols.
+    /// CSV with a header: one row per answer; control characters become symbols.
     Csv,
 }
 

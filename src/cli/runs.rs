@@ -18,32 +18,32 @@ use super::{Failure, Outcome, export, import, output, ratings};
 /// Subcommands of `runs`.
 #[derive(Debug, clap::Subcommand)]
 pub enum Runs {
-    /// List runs, newest first, or those that words and filters find.
+    /// List runs, newest first, optionally by words and filters.
     List(List),
-    /// Show one run, or write the picture that the model was shown.
+    /// Show one run, or save the picture that the model received.
     Show(Show),
-    /// Delete runs: they are neither listed nor reused; `restore` undoes it.
+    /// Delete runs: they are no longer listed or reused; `restore` undoes it.
     Delete(Ids),
     /// Restore deleted runs.
     Restore(Ids),
-    /// Pin runs, which protects them from deletion.
+    /// Pin runs to protect them from deletion.
     Pin(Ids),
     /// Unpin runs.
     Unpin(Ids),
-    /// Set the note of a run; filters find its words.
+    /// Set the note of a run; filters search its words.
     Note {
-        /// Number of the run.
+        /// Run number.
         id: i64,
-        /// Text that replaces the note; '' removes it.
+        /// New note; '' removes it.
         words: String,
     },
-    /// Write stored runs to a file, or a batch with all its answers as a bundle.
+    /// Export stored runs to a file, or a batch with all its answers as a bundle.
     Export(Box<Export>),
     /// Import runs, bundles, stores, or answers recorded by others.
     Import(Import),
     /// Summarise ratings of answers compared side by side.
     Ratings(Ratings),
-    /// List, collect and cancel provider batches (those of `evaluate`: `evaluate list`).
+    /// List, collect and cancel provider batches (for batches of `evaluate`: `evaluate list`).
     Batches(Batches),
 }
 
@@ -64,11 +64,11 @@ pub struct List {
 /// Arguments of `runs show`.
 #[derive(Debug, clap::Args)]
 pub struct Show {
-    /// Number of the run.
+    /// Run number.
     id: i64,
     #[command(flatten)]
     format: output::FormatOption,
-    /// PNG file for the picture that the model was shown, byte for byte as it was sent.
+    /// PNG file for the picture that the model received, byte for byte.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace an existing file.
@@ -81,7 +81,7 @@ pub struct Show {
 /// Arguments of commands that change runs.
 #[derive(Debug, clap::Args)]
 pub struct Ids {
-    /// Numbers of the runs.
+    /// Run numbers.
     #[arg(required = true)]
     ids: Vec<i64>,
 }

@@ -7,15 +7,16 @@ use nearmiss_workflow::span;
 /// Which steps are looked at, and which obstacle.
 #[derive(Debug, clap::Args)]
 pub struct Span {
-    /// End of the window: a time step (32), seconds (3.2s), worst (the most severe moment, see `nearmiss help
-    /// measures`), or the worst by one measure: worst:risk, worst:ttc, worst:distance [default: the last step; two
-    /// steps earlier for the safety task].
+    /// End of the window [default: the last step; two steps earlier for the safety task]
+    ///
+    /// A time step (32), seconds (3.2s), worst (the most severe moment, see `nearmiss help measures`), or the worst by
+    /// one measure: worst:risk, worst:ttc, worst:distance.
     #[arg(long, value_name = AT, allow_negative_numbers = true)]
     at: Option<At>,
     /// Steps in the window [default: from the template, else 10].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
     history: Option<u32>,
-    /// Describe only this obstacle; the trajectory frame needs it.
+    /// Describe only this obstacle; required for the trajectory frame.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     obstacle: Option<i64>,
 }

@@ -11,6 +11,8 @@ pub struct Topic {
     pub commands: &'static [&'static str],
     /// Its text, in Markdown.
     pub text: &'static str,
+    /// Its file, below the folder of the manual.
+    pub file: &'static str,
 }
 
 /// Makes the table, and a page of each topic.
@@ -24,23 +26,50 @@ macro_rules! topics {
             about: $about,
             commands: &[$($command),*],
             text: include_str!($file),
+            file: $file,
         }),+];
     };
 }
 
 topics! {
+    my_recording, "my-recording", "tasks/my-recording.md", [],
+        "Measure your own recording";
+    worst_of_many, "worst-of-many", "tasks/worst-of-many.md", [],
+        "Find the worst of a thousand scenarios";
+    paper_figure, "paper-figure", "tasks/paper-figure.md", [],
+        "Make a figure for a paper";
+    local_model, "local-model", "tasks/local-model.md", [],
+        "Ask a local model";
+    compare_models, "compare-models", "tasks/compare-models.md", [],
+        "Compare two models";
+    tweak_prompt, "tweak-prompt", "tasks/tweak-prompt.md", [],
+        "Tweak a prompt, and measure whether it is better";
+    check_reasoning, "check-reasoning", "tasks/check-reasoning.md", [],
+        "Check a model's reasoning against the scene";
+    endanger, "endanger", "tasks/endanger.md", [],
+        "Endanger a safe scenario";
+    test_planner, "test-planner", "tasks/test-planner.md", [],
+        "Test your planner";
+    careful_driver, "careful-driver", "tasks/careful-driver.md", [],
+        "Would a careful driver have avoided it?";
+    to_simulator, "to-simulator", "tasks/to-simulator.md", [],
+        "Hand a scenario to a simulator";
+    from_python, "from-python", "tasks/from-python.md", [],
+        "Use it from Python";
+    on_cluster, "on-cluster", "tasks/on-cluster.md", [],
+        "Run it on a cluster";
+    in_ci, "in-ci", "tasks/in-ci.md", [],
+        "Check prompts in CI";
     workbench, "workbench", "workbench.md", [],
         "The screen: time, map, list, asking";
     answers, "answers", "answers.md", [],
         "Claims, answers side by side and blind, many at once, history, results";
-    questions, "questions", "questions.md", ["describe"],
-        "First questions: which scenario is the worst, what happened, how to show it";
+    story, "story", "story.md", ["describe"],
+        "What happened in a scenario, in sentences, and what its verbs mean";
     scenarios, "scenarios", "scenarios.md", ["inspect", "convert"],
         "File formats, where the ego comes from, the bundled scenarios";
     datasets, "datasets", "datasets.md", [],
         "Recordings of data sets: Waymo, Argoverse, nuPlan, nuScenes, highD, SUMO, OSI";
-    parts, "parts", "parts.md", [],
-        "A part of a scenario in time and space, and what differs between two";
     python, "python", "python.md", [],
         "The Python module: tables for polars, pandas and DuckDB, notebooks, Ray, Spark, Daft";
     tracks, "tracks", "tracks.md", [],
@@ -73,8 +102,6 @@ topics! {
         "A batch written down in a file, for others to repeat: experiment.toml";
     tuning, "tuning", "tuning.md", ["tune"],
         "Better templates from wrong answers: rounds, what is shown, the gain with its interval";
-    bundles, "bundles", "bundles.md", [],
-        "An experiment with its answers as one file, for the same tables elsewhere";
     ci, "ci", "ci.md", [],
         "Requirements and regressions: exit status, JUnit XML, GitHub Actions";
     statistics, "statistics", "statistics.md", [],
@@ -91,16 +118,10 @@ topics! {
         "Would a competent and careful driver have avoided it: six models, who avoids what, until when";
     requirements, "requirements", "requirements.md", ["annex"],
         "Planners held to a requirement: the file, findings, an annex for a safety case";
-    wishes, "wishes", "wishes.md", [],
-        "Attacks that terms describe: who, which manoeuvre, from where";
-    model_attacks, "model-attacks", "model-attacks.md", [],
-        "Attacks by language models: votes, motions, feedback, grades";
     figures, "figures", "figures.md", ["render"],
         "Figures for papers: map, plot, screen; SVG, PNG, GIF";
     corpora, "corpora", "corpora.md", ["corpus"],
         "Thousands of scenarios: parts for several machines, continuing, an index, samples";
-    finding, "finding", "finding.md", [],
-        "Windows of an index by terms, or by a sentence that a model writes as terms";
     rates, "rates", "rates.md", [],
         "How often a corpus holds a manoeuvre: events, parameters, rates with intervals";
     clusters, "clusters", "clusters.md", [],
@@ -115,6 +136,8 @@ topics! {
         "Installing, input, output, exit status, interruption, crashes";
     json, "json", "json.md", [],
         "JSON of every command: one vocabulary of keys, versions, schemas";
+    evidence, "evidence", "evidence.md", [],
+        "How we know: each figure of the manual, and the command that measures it";
     glossary, "glossary", "glossary.md", [],
         "The terms of the field, a sentence each";
 }

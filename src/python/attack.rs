@@ -90,7 +90,7 @@ impl Variant {
 /// to harm, and an ideal driver does not. A list, so far of one variant; it says so itself where nothing was found.
 ///
 /// attacker: id of the obstacle that attacks, or ids of those that may; None for any. wish: who, which manoeuvre, from where,
-/// such as "actor:car manoeuvre:cut-in place:left-lane" (`nearmiss help wishes`). attackers: how many attack together at
+/// such as "actor:car manoeuvre:cut-in place:left-lane" (`nearmiss help generating`). attackers: how many attack together at
 /// most, 1 to 3. candidates: how many motions are tried at most. seed: the same one finds the same attacks. survive: reaction
 /// time with which an ideal driver must avoid it: 0, 0.5, 1 or 1.5 seconds. style: human, as people do in an emergency, or
 /// limit, as far as vehicles can.

@@ -16,67 +16,71 @@ nearmiss_record::fields! {
     /// The configuration.
     pub struct Config {
         "config" {
-            /// Name of the theme; by default auto: dark or light, as the terminal's background is.
+            /// Theme [default: auto, dark or light to match the terminal background].
             theme: Option<String>;
-            /// Which signs are drawn; by default auto: what the locale says.
+            /// Character set: unicode or ascii [default: auto, from the locale].
             glyphs: Option<String>, Takes::OneOf(&["auto", "unicode", "ascii"]);
-            /// How the map is drawn; by default auto: the best that the terminal can do.
+            /// Map drawing: pixels, cells, braille or ascii [default: auto, the best that the terminal supports].
             map: Option<String>, Takes::OneOf(&["auto", "pixels", "cells", "braille", "ascii"]);
-            /// Block characters of the map as cells; by default auto: those that the terminal is known to draw.
+            /// Block characters for a map of cells: quadrants, sextants or octants [default: auto, those that the
+            /// terminal is known to draw].
             map_blocks: Option<String>, Takes::OneOf(&["auto", "quadrants", "sextants", "octants"]);
-            /// Whether the mouse is used.
+            /// Use the mouse [default: true].
             mouse: bool = true;
-            /// Whether the workbench comes back as it was left.
+            /// Restore the workbench as it was left [default: true].
             session: bool = true;
-            /// Keys of the template editor.
+            /// Key bindings of the template editor: plain, vim or emacs [default: plain].
             editor: Keys;
-            /// The model asked first, as provider/model; by default the built-in judge, reference/geometry.
+            /// First model to ask, as provider/model [default: reference/geometry, the built-in judge].
             model: Option<String>, Takes::Checked(provider_and_model);
-            /// Steps of history in a window; by default the template's.
+            /// Steps in a window [default: from the template].
             history: Option<usize>, Takes::Whole(1, 100_000);
-            /// Obstacles farther from the ego than this are not described; by default the template's.
+            /// Radius around the ego in metres within which obstacles are described; farther ones only if they can
+            /// reach it soon [default: from the template].
             radius: Option<f64>, Takes::Above(0.0, 1e6), "m";
-            /// Sampling temperature sent to models; by default the template's, else it is not sent.
+            /// Sampling temperature [default: from the template, else not sent].
             temperature: Option<f64>, Takes::Number(0.0, 2.0);
-            /// Most tokens an answer may have; by default it is not sent.
+            /// Maximum number of tokens per answer [default: not sent].
             max_tokens: Option<u32>, Takes::Whole(1, 4_294_967_295);
-            /// How much models are to reason; by default it is not sent.
+            /// Reasoning effort of models: off, minimal, low, medium, high, xhigh or max [default: not sent].
             effort: Option<String>, Takes::OneOf(&["off", "minimal", "low", "medium", "high", "xhigh", "max"]);
-            /// Whether models may call tools that compute.
+            /// Let models call tools that compute [default: false].
             tools: bool;
-            /// Whether the log probabilities of answers are asked for, where a model gives them.
+            /// Request the log probabilities of answers from models that support them [default: false].
             log_probabilities: bool;
-            /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
+            /// Concurrent requests of a batch to each provider; `concurrency` of a provider applies as well [default:
+            /// 4].
             concurrency: u32 = 4, Takes::Whole(1, 4_294_967_295);
-            /// How attackers of variants move; by default human: within what people do.
+            /// Limits of attacker motion in variants: human (what people do) or limit (what vehicles can) [default:
+            /// human].
             attack_style: Option<AttackStyle>;
-            /// A model chooses attackers among obstacles this near ahead of the ego or beside it.
+            /// Range in metres within which a model chooses attackers, ahead of the ego or beside it [default: 30].
             attack_within: f64 = 30.0, Takes::Above(0.0, 1e6), "m";
-            /// At most so many obstacles of a variant attack together; by default 1.
+            /// Maximum number of obstacles that attack together, 1 to 3 [default: 1].
             attackers: Option<usize>, Takes::Whole(1, 3);
-            /// Most US dollars that one session of the workbench, or one `ask`, may cost; by default there is no bound.
+            /// Maximum cost of a command or a workbench session in US dollars [default: none].
             budget: Option<f64>, Takes::Above(0.0, 1e12);
-            /// Who rates answers; by default the user's name.
+            /// Name of the person who rates answers [default: the user name].
             person: Option<String>;
-            /// Where pictures are saved; by default the current folder.
+            /// Folder for saved pictures [default: the current folder].
             pictures: Option<PathBuf>;
-            /// Folder of the index that the workbench opens with; by default none.
+            /// Index folder that the workbench opens with [default: none].
             index: Option<PathBuf>;
-            /// A map (Lanelet2 of drone recordings, GeoPackage of nuPlan), or a folder of them, for recordings whose map
-            /// does not lie with them; by default none.
+            /// Map file (Lanelet2 for drone recordings, GeoPackage for nuPlan), or a folder of them, for recordings
+            /// without a map beside them [default: none].
             maps: Option<PathBuf>;
-            /// The program that plays OpenSCENARIO files whose motion only a player works out, or off; by default esmini,
-            /// where PATH has it.
+            /// Program that simulates OpenSCENARIO files without timed trajectories, or off [default: esmini, if on
+            /// PATH].
             esmini: Option<String>;
         }
         "tables" {
-            /// Providers of language models, beside and over the built-in ones.
+            /// Language model providers, in addition to the built-in ones or overriding them.
             provider: toml::Table;
-            /// How motions are planned, as the file says it; see [`Config::planning`].
+            /// Planner settings, and external planners by name; see `nearmiss help planners`.
             planner: toml::Table;
-            /// Tables of tracks, by name: which column is what; see [`Config::track_tables`].
+            /// Tables of tracks by name, with the role of each column; see `nearmiss help tracks`.
             tracks: toml::Table;
-            /// Measures of the user's own, by id; see [`Config::measures`].
+            /// Your own measures by id; see `nearmiss help measures`.
             measure: toml::Table;
         }
     }

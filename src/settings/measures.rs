@@ -15,15 +15,15 @@ nearmiss_record::fields! {
     /// A measure of the user's own.
     pub struct MeasureTable {
         "measure" {
-            /// What it is, over measures and states: `ttc < 2 ? 1 : distance / speed`.
+            /// Formula over measures and states: `ttc < 2 ? 1 : distance / speed`.
             formula [required]: String;
-            /// Its name; by default its id in words.
+            /// Name [default: the id in words].
             name: Option<String>;
-            /// Its unit, as a check; by default what the formula gives.
+            /// Unit, to check the formula against [default: that of the formula].
             unit: Option<String>;
-            /// Which values are dangerous; by default none.
+            /// Dangerous direction [default: none].
             danger: Option<String>, Takes::OneOf(&["low", "high", "none"]);
-            /// The critical value; by default none.
+            /// Critical value [default: none].
             threshold: Option<f64>;
         }
     }

@@ -20,33 +20,33 @@ nearmiss_record::fields! {
     /// How motions are planned.
     pub struct Planning {
         "planner" {
-            /// How far ahead is planned.
+            /// Planning horizon in seconds [default: 4].
             horizon: f64 = usual().horizon, Takes::Number(0.5, 20.0), "s";
-            /// Steps that are driven of a plan before the next one.
+            /// Steps of a plan that are driven before replanning [default: 1].
             replan: usize = 1, Takes::Whole(1, 1000), "steps";
-            /// What the planner takes for the others' future.
+            /// Prediction of the other road users: recorded, constant-velocity or lane [default: lane].
             prediction: Forecast = Forecast::Lane;
-            /// What the others do.
+            /// Behaviour of the other road users: recorded or reactive [default: recorded].
             traffic: TrafficMode;
-            /// Whether lights, signs and right of way are obeyed.
+            /// Traffic rules: obey (lights, signs and right of way) or off [default: obey].
             rules: RuleMode;
-            /// Number of the CommonRoad vehicle.
+            /// CommonRoad vehicle number, 1 to 4 [default: 2].
             vehicle: u32 = usual().vehicle.number().into(), Takes::Whole(1, 4);
-            /// Share of the vehicle's forces and steering that plans use.
+            /// Share of the vehicle's forces and steering that plans may use [default: 0.95].
             share: f64 = usual().share, Takes::Number(0.1, 1.0);
-            /// Below this speed the offset is planned over the length of the way instead of time.
+            /// Speed in m/s below which the lateral offset is planned over arc length instead of time [default: 4].
             low_speed: f64 = usual().low_speed, Takes::Number(0.0, 20.0), "m/s";
-            /// What is kept free around predicted bodies.
+            /// Distance kept from predicted bodies in metres [default: 0.1].
             margin: f64 = usual().margin, Takes::Number(0.0, 5.0), "m";
-            /// Deceleration that stopping distances are worked out with.
+            /// Deceleration assumed for stopping distances in m/s² [default: 6].
             braking: f64 = usual().braking, Takes::Number(0.5, 20.0), "m/s²";
-            /// Reaction time that stopping distances are worked out with.
+            /// Reaction time assumed for stopping distances in seconds [default: 0.5].
             reaction: f64 = usual().reaction, Takes::Number(0.0, 5.0), "s";
-            /// Seconds that a planner's process may take for a cycle; by default as its table says.
+            /// Maximum time per cycle of an external planner in seconds [default: from its table].
             timeout [run]: Option<f64>, Takes::Number(0.001, 3600.0), "s";
-            /// Density of the samples.
+            /// Sampling density.
             sampling: Sampling;
-            /// Weights of the terms of the cost.
+            /// Weights of the cost terms.
             weights: Weights;
         }
     }
@@ -168,15 +168,15 @@ nearmiss_record::fields! {
     /// A planner that is a process.
     pub struct Process {
         "process" {
-            /// Its program and arguments.
+            /// Program and arguments.
             command [required]: Command;
-            /// Seconds until it has to be ready.
+            /// Maximum time in seconds until the planner is ready [default: 60].
             start_timeout: Option<f64>, Takes::Number(0.1, 3600.0), "s";
-            /// Seconds that it may take for a cycle.
+            /// Maximum time per cycle in seconds [default: 10].
             timeout: Option<f64>, Takes::Number(0.001, 3600.0), "s";
-            /// Whether it is told predictions.
+            /// Send predictions to the planner [default: false].
             predictions: bool;
-            /// Steps of the past that it is told.
+            /// Past steps to send to the planner [default: 0].
             history: usize, Takes::Whole(0, 1000), "steps";
         }
     }

@@ -12,11 +12,11 @@ nearmiss_record::fields! {
     /// A table of tracks; it is read so where it has all of these columns.
     pub struct TrackTable {
         "tracks" {
-            /// Which column is what, as for `--columns`: `time=t[ms],id=track,x=px[ft],y=py[ft]`.
+            /// Role of each column, as in `--columns`: `time=t[ms],id=track,x=px[ft],y=py[ft]`.
             columns [required]: String;
-            /// Frames a second, where frames are counted instead of time.
+            /// Frame rate, for tables that count frames instead of time.
             rate: Option<f64>, Takes::Above(0.0, 1e6), "Hz";
-            /// The map beside it; by default none.
+            /// Map of the recording [default: none].
             map: Option<PathBuf>;
         }
     }

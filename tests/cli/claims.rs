@@ -73,7 +73,8 @@ async fn claims_are_counted_in_reports_exports_and_of_older_answers() {
         Some(0),
         Some(0),
         Some(4),
-        Some(0),
+        // "Has collided", and `"collision": false`.
+        Some(2),
     ];
     for more in [&[][..], &["--batch", "b1"]] {
         let report = report(more);

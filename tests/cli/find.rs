@@ -150,7 +150,7 @@ fn what_cannot_be_searched_says_why() {
         ),
         (
             &["corpus", "find", "rode:urban"],
-            &["unknown filter `rode:`; available: tag:", "help finding"],
+            &["unknown filter `rode:`; available: tag:", "help corpora"],
         ),
         (
             &["corpus", "find", "tcc<1"],

@@ -24,6 +24,7 @@ mod drivers;
 mod egos;
 #[path = "../domain/protobuf/encode.rs"]
 mod encode;
+mod english;
 mod escape_sequences;
 mod evaluate;
 mod evaluate_bulk;
@@ -73,6 +74,7 @@ mod ratings;
 mod reading;
 mod recording_task;
 mod recordings;
+mod reference;
 mod refused;
 mod remote;
 mod render;
@@ -91,6 +93,8 @@ mod splits;
 mod stored;
 #[path = "../support/mod.rs"]
 mod support;
+#[cfg(unix)]
+mod task_pages;
 mod tasks;
 mod themes_and_keys;
 mod thresholds;

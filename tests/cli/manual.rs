@@ -71,6 +71,9 @@ fn every_topic_is_printed_and_listed() {
         assert!(printed.stdout.starts_with(topic.text), "{}", topic.name);
         assert!(
             [
+                "configuration",
+                "providers",
+                "mcp-server",
                 "json",
                 "experiments",
                 "planners",
@@ -89,13 +92,16 @@ fn every_topic_is_printed_and_listed() {
             topic.name
         );
     }
-    let files = std::fs::read_dir(root().join("src/docs"))
-        .unwrap()
-        .filter(|file| {
-            let path = file.as_ref().unwrap().path();
-            path.extension().is_some_and(|x| x == "md")
-        });
-    assert_eq!(files.count(), TOPICS.len(), "a file is in no table");
+    let pages = |folder: &str| {
+        let entries = std::fs::read_dir(root().join(folder)).unwrap();
+        let is_page = |path: &std::path::PathBuf| path.extension().is_some_and(|x| x == "md");
+        entries
+            .map(|entry| entry.unwrap().path())
+            .filter(is_page)
+            .count()
+    };
+    let files = pages("src/docs") + pages("src/docs/tasks");
+    assert_eq!(files, TOPICS.len(), "a file is in no table");
 }
 
 #[test]
@@ -242,14 +248,18 @@ fn what_pages_refer_to_is_there() {
             .map(|(at, m)| text.split_at(at + m.len()))
         {
             let (word, _) = rest.split_once('`').unwrap();
-            let fine =
-                known.iter().any(|name| name == word) || ["TOPIC", "COMMAND"].contains(&word);
+            let fine = known.iter().any(|name| name == word)
+                || ["TOPIC", "COMMAND", "--find WORDS"].contains(&word);
             assert!(fine, "{page}: nearmiss help {word}");
         }
-        let folder = if page.ends_with(".md") {
-            ""
-        } else {
-            "src/docs"
+        let file = TOPICS
+            .iter()
+            .find(|topic| topic.name == page)
+            .map(|topic| topic.file);
+        let folder = match file {
+            None => "",
+            Some(file) if file.starts_with("tasks/") => "src/docs/tasks",
+            Some(_) => "src/docs",
         };
         for link in text.split("](").skip(1) {
             let (link, _) = link.split_once(')').unwrap();
@@ -260,7 +270,7 @@ fn what_pages_refer_to_is_there() {
     let readme = read("README.md");
     for topic in TOPICS {
         assert!(
-            readme.contains(&format!("(src/docs/{}.md)", topic.name)),
+            readme.contains(&format!("(src/docs/{})", topic.file)),
             "{}",
             topic.name
         );
@@ -274,5 +284,35 @@ fn what_pages_refer_to_is_there() {
 #[test]
 fn the_readme_is_short() {
     let lines = read("README.md").lines().count();
-    assert!(lines <= 170, "{lines} lines");
+    assert!(lines <= 125, "{lines} lines");
+}
+
+#[test]
+fn the_manual_is_searched_and_short() {
+    let home = Home::new();
+    let found = home
+        .run(&["help", "--find", "closing speed"])
+        .status(0)
+        .stdout;
+    assert!(found.lines().any(|line| !line.starts_with(' ')), "{found}");
+    assert!(found.to_lowercase().contains("closing speed"), "{found}");
+    home.run(&["help", "--find", "xyzzy"])
+        .status(1)
+        .says(&["no line of the manual"]);
+    // What is pasted from the program, and reference pages, do not count.
+    let words = |text: &str| {
+        let mut is_output = false;
+        let own = text.lines().filter(|line| {
+            is_output = match *line {
+                "```console" => true,
+                "```" => false,
+                _ => is_output,
+            };
+            !is_output || line.starts_with("$ ")
+        });
+        own.flat_map(str::split_whitespace).count()
+    };
+    let all: usize = TOPICS.iter().map(|topic| words(topic.text)).sum();
+    let all = all + words(&read("README.md"));
+    assert!(all <= 18_000, "{all} words");
 }

@@ -8,6 +8,8 @@ pub mod dialects;
 pub mod drives;
 pub mod planted;
 pub mod program;
+#[cfg(unix)]
+pub mod python;
 pub mod recorded;
 pub mod secret;
 pub mod server;

@@ -65,7 +65,7 @@ pub use price_table::PriceTable;
 pub use probe::{Discovered, Probed, ProviderStatus, Reachability, probe, reach};
 pub use provider::RegistryError;
 pub use quirks::{
-    Effort, EffortLevels, Efforts, LogProbabilities, Quirks, StatedQuirks, Temperature,
+    Effort, EffortLevels, Efforts, LogProbabilities, QUIRKS, Quirks, StatedQuirks, Temperature,
 };
 pub use redaction::Secrets;
 pub use registry::{Address, KeyState, ModelListing, ModelOffer, Registry, Retirement};

@@ -12,14 +12,20 @@ use Effort::{High, Low, Max, Medium, Minimal, Off, XHigh};
 /// The quirks, each once: those that hold by default, and those of which nothing is known by default.
 macro_rules! quirks {
     (
-        settled { $($(#[$of:meta])* $name:ident: $type:ty = $default:expr;)+ }
-        unknown { $($(#[$of_open:meta])* $open:ident: $open_type:ty;)+ }
+        settled { $($(#[doc = $of:literal])* $name:ident: $type:ty = $default:expr;)+ }
+        unknown { $($(#[doc = $of_open:literal])* $open:ident: $open_type:ty;)+ }
     ) => {
+        /// Each quirk by its key, and what it says.
+        pub const QUIRKS: &[(&str, &str)] = &[
+            $((stringify!($name), concat!($($of),*)),)+
+            $((stringify!($open), concat!($($of_open),*)),)+
+        ];
+
         /// Parameters a model accepts, and how to send them.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct Quirks {
-            $($(#[$of])* pub $name: $type,)+
-            $($(#[$of_open])* pub $open: Option<$open_type>,)+
+            $($(#[doc = $of])* pub $name: $type,)+
+            $($(#[doc = $of_open])* pub $open: Option<$open_type>,)+
         }
 
         impl Default for Quirks {
@@ -32,8 +38,8 @@ macro_rules! quirks {
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
         #[serde(default, deny_unknown_fields)]
         pub struct StatedQuirks {
-            $($(#[$of])* pub $name: Option<$type>,)+
-            $($(#[$of_open])* pub $open: Option<$open_type>,)+
+            $($(#[doc = $of])* pub $name: Option<$type>,)+
+            $($(#[doc = $of_open])* pub $open: Option<$open_type>,)+
         }
 
         impl StatedQuirks {

@@ -38,30 +38,32 @@ pub struct Ask {
     /// Model to ask, as provider/model [default: `model` in config.toml, else reference/geometry].
     #[arg(long)]
     model: Option<String>,
-    /// Address of the server, in place of the provider's own.
+    /// Server address, instead of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// Change a setting of the question (those of `prompt show`), or of the request: temperature, max_tokens, seed, effort,
-    /// tools, tool_rounds, tool_calls, log_probabilities [default: from config.toml]; with --base-url dialect and key_env,
-    /// the variable that holds the key [default: those of the provider]. See `nearmiss help providers`.
+    /// Change a setting of the question or the request [default: from config.toml]
+    ///
+    /// Keys of the question are those of `prompt show --set`. Keys of the request: temperature, max_tokens, seed,
+    /// effort, tools, tool_rounds, tool_calls, log_probabilities. For a server of --base-url: dialect, and key_env, the
+    /// environment variable with its API key [default: those of the provider]. See `nearmiss help providers`.
     #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::of_request)]
     set: Vec<(String, String)>,
     /// Maximum cost of the answer in US dollars; needs a known price and a token limit [default: `budget` in
     /// config.toml, else none].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
-    /// Ask again even if the store has the answer.
+    /// Send the question even if its answer is stored.
     #[arg(long)]
     fresh: bool,
-    /// Number of the sample: each number is asked once and stored.
+    /// Sample number; each number is asked once and stored.
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample: u32,
     #[command(flatten)]
     format: output::FormatOption,
-    /// Neither read from nor write to the store.
+    /// Neither read nor write the store.
     #[arg(long)]
     no_store: bool,
-    /// Say how many tokens the question has and what it costs at most; nothing is sent.
+    /// Print the token count and maximum cost of the question; send nothing.
     #[arg(long)]
     dry_run: bool,
 }

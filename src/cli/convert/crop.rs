@@ -8,23 +8,25 @@ use crate::span::{At, moment};
 
 /// What of scenarios is kept.
 #[derive(Debug, Clone, clap::Args, Serialize)]
-#[command(next_help_heading = "A part of it")]
+#[command(next_help_heading = "Crop")]
 pub(super) struct CropOptions {
-    /// Keep the time from here on: a time step (20) or seconds (2s). Steps keep their numbers, but begin at 0 in
-    /// OpenSCENARIO, with --schema, and where a table is read again.
+    /// Drop everything before a time step (20) or a time in seconds (2s)
+    ///
+    /// Steps keep their numbers, but start at 0 in OpenSCENARIO, with --schema, and when a table is read again.
     #[arg(long, value_name = "STEP|SECONDS", allow_negative_numbers = true, value_parser = moment)]
     #[serde(skip_serializing_if = "Option::is_none")]
     from: Option<At>,
-    /// Keep the time until here, this step included.
+    /// Drop everything after a time step (20) or a time in seconds (2s); this step is kept.
     #[arg(long, value_name = "STEP|SECONDS", allow_negative_numbers = true, value_parser = moment)]
     #[serde(skip_serializing_if = "Option::is_none")]
     to: Option<At>,
-    /// Keep what comes within so many metres of the way of the ego in that time (ego:60m), or of a point of the map
-    /// (12.5,-3:60m): lanelets, and obstacles with all their states of that time.
+    /// Keep what comes within METRES of the ego's path (ego:60m) or of a point (12.5,-3:60m)
+    ///
+    /// Keeps lanelets, and obstacles with all their states, between --from and --to.
     #[arg(long, value_name = "ego|X,Y:METRES", allow_hyphen_values = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     around: Option<Around>,
-    /// Keep these obstacles alone, separated by commas.
+    /// Keep only these obstacles, separated by commas.
     #[arg(
         long,
         value_name = "ID",
@@ -33,7 +35,7 @@ pub(super) struct CropOptions {
     )]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     keep: Vec<i64>,
-    /// Leave out these obstacles.
+    /// Drop these obstacles, separated by commas.
     #[arg(
         long,
         value_name = "ID",

@@ -28,12 +28,12 @@ pub struct Convert {
     #[arg(required = true)]
     #[serde(skip)]
     paths: Vec<PathBuf>,
-    /// File to write (.xml, .xosc, .csv, .parquet or .arrow), or an existing folder; several scenarios need a folder
+    /// File to write (.xml, .xosc, .csv, .parquet or .arrow) or an existing folder; several scenarios need a folder
     /// [default: standard output, for formats of one file].
     #[arg(short, long, value_name = "PATH")]
     #[serde(skip)]
     output: Option<PathBuf>,
-    /// CommonRoad: change what the published schema does not allow, and report each change.
+    /// Change what the published CommonRoad schema does not allow, and report each change (CommonRoad only).
     #[arg(long)]
     schema: bool,
     /// Replace existing files.

@@ -15,12 +15,14 @@ use crate::plan::as_ego;
 /// The format, and whose motion is the ego's.
 #[derive(Debug, Clone, clap::Args, Serialize)]
 pub(super) struct TargetOptions {
-    /// Format to write [default: by the ending of -o, else commonroad].
+    /// Format to write [default: from the file name, else commonroad].
     #[arg(long, value_parser = formats())]
     format: Option<Target>,
-    /// OpenSCENARIO and tables: the ego: free (placed at its start, for a driver under test; OpenSCENARIO only), planner
-    /// (the built-in planner drives), `planner:NAME` with a [planner.NAME] of config.toml or a command, id of an obstacle,
-    /// or file with a trajectory [default: the recording beside the scenario].
+    /// Ego of OpenSCENARIO files and tables [default: the recording beside the scenario]
+    ///
+    /// `free` places it at its start for a driver under test (OpenSCENARIO only). `planner` is the built-in planner,
+    /// `planner:NAME` that of [planner.NAME] in config.toml or a command. ID is an obstacle, FILE a recorded
+    /// trajectory.
     #[arg(
         long,
         value_name = "free|planner|ID|FILE",

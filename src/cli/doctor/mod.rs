@@ -22,7 +22,7 @@ use installed::Installed;
 pub struct Doctor {
     #[command(flatten)]
     format: output::FormatOption,
-    /// Also ask every provider with a key for its list of models; without it nothing leaves this machine.
+    /// Also request the model list of every provider with a key; without it, nothing leaves this machine.
     #[arg(long)]
     online: bool,
 }

@@ -31,7 +31,7 @@ pub struct Evaluate {
 
 #[derive(Debug, clap::Subcommand)]
 enum EvaluateCommand {
-    /// List the stored batches and their progress.
+    /// List stored batches and their progress.
     List(List),
 }
 

@@ -17,30 +17,35 @@ use nearmiss_workflow::experiment_among;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = crate::knobs::help())]
 pub struct Run {
-    /// Scenario files, folders or names of bundled scenarios, each with its recorded ego; or one experiment file
-    /// (FILE.toml); or a stored batch (b7, or last), which is resumed.
+    /// Scenario files, folders or names of bundled scenarios
+    ///
+    /// Scenarios are used with their recorded egos. Instead, give one experiment file (FILE.toml), or a stored batch to
+    /// resume (b7 or last).
     #[arg(required = true)]
     pub paths: Vec<PathBuf>,
-    /// Models, separated by commas: provider/model, reference/geometry; for the safety task also the baselines
-    /// reference/constant-velocity and reference/constant-acceleration [default: all built-in ones for the task]. Of a
-    /// stored batch those that are added.
+    /// Models to ask, separated by commas: provider/model or reference/geometry [default: all built-in ones for the
+    /// task]
+    ///
+    /// The safety task also has the baselines reference/constant-velocity and reference/constant-acceleration. For a
+    /// stored batch, these models are added.
     #[arg(long, value_delimiter = ',', value_name = "MODEL")]
     pub model: Vec<String>,
-    /// Tasks, separated by commas: safety, collision or recording (is it safe or of high risk as a whole) [default:
-    /// safety].
+    /// Tasks, separated by commas: safety, collision or recording (whether a whole recording is safe or of high risk)
+    /// [default: safety].
     #[arg(long, value_delimiter = ',')]
     pub task: Vec<String>,
     /// Prompting techniques, separated by commas: base, cp, cot, icl, all, or combinations such as cp+cot [default: all].
     #[arg(long, value_delimiter = ',')]
     pub techniques: Vec<String>,
-    /// Answers per request; of a stored batch the new total [default: 1].
+    /// Answers per question; for a stored batch, the new total [default: 1].
     #[arg(long, value_name = "N")]
     pub samples: Option<String>,
-    /// Ground truth: `auto` is the exact geometry of the recordings; `layout` reads the folders collision_scenarios and
-    /// normal_scenarios with their annotations; `score` is the risk score of TTC and MDC, critical up to 1 (exact, or
-    /// by the paper's convention as `score:paper`); CSV files have the columns `scenario` and `label` (or `obstacle_id`,
-    /// with `none` for no collision), separated by commas [default: auto; for language models layout if these folders
-    /// exist].
+    /// Ground truth [default: auto; for language models layout if its folders exist]
+    ///
+    /// `auto`: exact geometry of the recordings. `layout`: the folders collision_scenarios and normal_scenarios with
+    /// their annotations. `score`: the exact risk score of TTC and MDC, critical up to 1; `score:paper` uses the
+    /// paper's convention. CSV files, separated by commas, need the columns `scenario` and `label`, or `obstacle_id`
+    /// with `none` for no collision.
     #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout|score")]
     pub truth: Vec<String>,
     /// Maximum cost of this run in US dollars; needs known prices and a token limit [default: `budget` in config.toml].
@@ -48,30 +53,33 @@ pub struct Run {
     pub budget: Option<String>,
     #[command(flatten)]
     pub knobs: Knobs,
-    /// Ego of all scenarios: `planner` (the built-in planner drives), or `planner:NAME` with a [planner.NAME] of
-    /// config.toml or a command; it drives first, and the questions are about its drives [default: the recordings
-    /// beside the scenarios].
+    /// Drive the ego of every scenario with a planner first and ask about these drives [default: the recordings beside
+    /// the scenarios]
+    ///
+    /// `planner` is the built-in planner, `planner:NAME` that of [planner.NAME] in config.toml or a command.
     #[arg(long, value_name = "planner[:NAME]", value_parser = planner, conflicts_with = "write_experiment")]
     pub ego: Option<String>,
-    /// Horizons of the baselines in seconds, at most 10; that of the judge is fixed.
+    /// Prediction horizons of the baselines in seconds, separated by commas, at most 10; the judge's horizon is fixed.
     #[arg(long, value_delimiter = ',', default_value = "1,1.5,2", value_name = "S", allow_negative_numbers = true, value_parser = horizon)]
     pub horizon: Vec<f64>,
-    /// Only this part of the scenarios, such as 2/8; the name decides the part.
+    /// Process only part I of N of the scenarios, such as 2/8; the scenario name decides the part.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// Ask only this part of a split: dev or test.
+    /// Ask only about one part of the split: dev or test.
     #[arg(long, value_name = "PART")]
     pub split: Option<SplitPart>,
-    /// Show the figures of a test split before it is complete; later reports say that it was looked at.
+    /// Show the figures of an incomplete test split; later reports state that it was unlocked.
     #[arg(long)]
     pub unlock: bool,
-    /// Submit the questions through the batch APIs of OpenAI, Anthropic and Gemini: answers within a day, at half the
-    /// price. `nearmiss runs batches collect` fetches the answers, `evaluate BATCH` counts them.
+    /// Submit the questions through the batch APIs of OpenAI, Anthropic or Gemini, at half price and within a day
+    ///
+    /// `nearmiss runs batches collect` fetches the answers; `nearmiss evaluate BATCH` counts them.
     #[arg(long, conflicts_with = "dry_run")]
     pub batch: bool,
-    /// Send nothing, and print what would be asked: its tokens and maximum cost; with `questions` every question as a JSON
-    /// line; with `leaks` how well position, length and traffic alone tell dangerous from safe windows. The last two need
-    /// no model.
+    /// Send nothing; print the questions with their tokens and maximum cost
+    ///
+    /// `questions` prints every question as a JSON line. `leaks` measures how well position, length and traffic alone
+    /// separate dangerous from safe windows. Neither needs a model.
     #[arg(
         long,
         value_name = "WHAT",
@@ -81,18 +89,17 @@ pub struct Run {
         conflicts_with_all = NEED_ANSWERS
     )]
     pub dry_run: Option<DryRunOf>,
-    /// Write scenarios and settings to this experiment file (TOML) and send nothing; `nearmiss evaluate FILE.toml` runs
-    /// it.
+    /// Write scenarios and settings to an experiment file (TOML) and send nothing; run it with `nearmiss evaluate
+    /// FILE.toml`.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["dry_run", "batch"])]
     pub write_experiment: Option<PathBuf>,
-    /// Of a stored batch or an experiment, ask only questions that failed, whose answer was cut off, or whose whole answer
-    /// has no readable verdict.
+    /// Ask only the questions of a stored batch or experiment that failed, were cut off, or have no readable verdict.
     #[arg(long, conflicts_with_all = ["model", "techniques", "samples"])]
     pub retry_failed: bool,
-    /// Ask questions that failed, were cut off or have no readable verdict again, up to N times and within the budget.
+    /// Retry questions that failed, were cut off or have no readable verdict, up to N times and within the budget.
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with_all = ["dry_run", "batch"])]
     pub retry: u32,
-    /// Format of the result. JSON and CSV hold the rows of the table: by lead for the built-in judge, by prompt
+    /// Output format. JSON and CSV contain the rows of the table: per lead for the built-in judge, per prompt
     /// configuration for a batch.
     #[arg(long, value_enum, default_value = "table")]
     pub format: Format,
@@ -200,11 +207,11 @@ const NEED_ANSWERS: [&str; 3] = ["require", "baseline_bundle", "junit"];
 /// What a dry run prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum DryRunOf {
-    /// Questions, tokens and the maximum cost.
+    /// Number of questions, tokens and maximum cost.
     Cost,
-    /// Every question.
+    /// Every question as a JSON line.
     Questions,
-    /// What the surface of the questions gives away.
+    /// What position, length and traffic alone reveal.
     Leaks,
 }
 

@@ -28,27 +28,27 @@ use nearmiss_study::evaluation::{
 /// Options of `--format chat`.
 #[derive(Debug, clap::Args)]
 pub struct ChatOptions {
-    /// Chat: what answers are compared with, as `report --truth` takes it [default: batch,auto].
+    /// Chat: ground truth for the answers, as in `report --truth` [default: batch,auto].
     #[arg(
         long,
         value_delimiter = ',',
         value_name = "CSV|batch|auto|score|FOLDER"
     )]
     truth: Vec<PathBuf>,
-    /// Chat: keep answers with up to so many wrong claims [default: 0].
+    /// Chat: keep answers with at most N wrong claims [default: 0].
     #[arg(long, value_name = "N")]
     allow_wrong_claims: Option<u32>,
-    /// Chat: share of the maps whose answers are for validation, 0 to below 1 [default: 0.1].
+    /// Chat: share of maps that go to validation, 0 to below 1 [default: 0.1].
     #[arg(long, value_name = "SHARE", value_parser = share)]
     validation: Option<f64>,
-    /// Chat: seed of that split, as in an experiment's `split` [default: 1].
+    /// Chat: seed of the validation split, as in `split` of an experiment [default: 1].
     #[arg(long, value_name = "N")]
     split_seed: Option<u64>,
-    /// Chat: where the reasoning of models stands: in <think> before the answer, in the field reasoning_content, or
-    /// nowhere [default: think].
+    /// Chat: place of the model's reasoning: <think> before the answer, the field reasoning_content, or none [default:
+    /// think].
     #[arg(long, value_name = "think|field|none")]
     reasoning: Option<ReasoningForm>,
-    /// Chat: leave out answers to pictures, which only models that see can be trained on.
+    /// Chat: leave out answers about pictures, which only vision models can be trained on.
     #[arg(long)]
     no_pictures: bool,
 }

@@ -27,7 +27,7 @@ use super::{Failure, Outcome};
 pub struct Export {
     #[command(flatten)]
     filters: Filters,
-    /// Format [default: from the file name, else json].
+    /// Output format [default: from the file name, else json].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -44,25 +44,25 @@ pub struct Export {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// JSON lines: one complete run a line; `nearmiss runs import` reads it. Without filters, or with --batch alone, batches
-    /// with their questions and truths are lines, too.
+    /// JSON lines: one complete run per line, for `nearmiss runs import`. Unfiltered, or with only --batch, also
+    /// batches with their questions and truths.
     #[value(alias = "jsonl")]
     Json,
     /// CSV with a header; control characters become symbols.
     Csv,
     /// Apache Parquet.
     Parquet,
-    /// A stream of Apache Arrow IPC.
+    /// Apache Arrow IPC stream.
     Arrow,
-    /// Examples for fine-tuning: right answers with checked claims as chats (system, user, assistant), in the folder
-    /// -o: train.jsonl, validation.jsonl, and manifest.json with their origin. See `nearmiss help fine-tuning`.
+    /// Fine-tuning examples: correct answers with checked claims as chats (system, user, assistant). Writes
+    /// train.jsonl, validation.jsonl and manifest.json to the folder -o. See `nearmiss help fine-tuning`.
     Chat,
-    /// The batch of --batch as a data set for the Hugging Face Hub, in the folder -o: card, questions and answers as
-    /// Parquet, and eval.yaml, which makes it a benchmark. See `nearmiss help store`.
+    /// The batch of --batch as a data set for the Hugging Face Hub. Writes the card, questions and answers as Parquet,
+    /// and eval.yaml for benchmarks to the folder -o. See `nearmiss help store`.
     #[value(name = "huggingface")]
     HuggingFace,
-    /// The batch of --batch (b7, last, or an experiment file that was run) with its answers, truth and templates as one
-    /// file for other machines, BATCH.nearmiss. See `nearmiss help bundles`.
+    /// The batch of --batch (b7, last, or an experiment file that was run) as one file, BATCH.nearmiss. Contains its
+    /// answers, truth and templates. See `nearmiss help experiments`.
     Bundle,
 }
 

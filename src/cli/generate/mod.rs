@@ -44,28 +44,28 @@ use variant::{GenerateJob, Variants};
 #[command(after_help = "\
 Outcomes: collision, near_miss (worst risk score of an attacker 0 or 1), planner_error (the planner's process fails \
 under the attack), no_effect, none (no motion passed the gate). The ego replans against the changed traffic.\n\
-Exit status: 0 every scenario has a collision, a near miss or an error of the planner; 1 some have none, could not be attacked, or --check \
-finds an error; 2 usage or input error; 130 interrupted.")]
+Exit status: 0 every scenario ends in a collision, near miss or planner error; 1 some do not, could not be attacked, \
+or --check finds an error; 2 usage or input error; 130 interrupted.")]
 pub struct GenerateArguments {
     /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Source of the attack: `search`, which needs no model or key, or provider/model.
+    /// Source of the attack: `search`, which needs no key, or provider/model.
     #[arg(long, default_value = SEARCH)]
     model: String,
-    /// Address of the server, in place of the provider's own.
+    /// Server address, instead of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// Ask the model even if the store has its answer.
+    /// Ask the model even if its answer is stored.
     #[arg(long)]
     fresh: bool,
-    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost.
+    /// Plan the ego and print the maximum number of model requests and their cost; ask nothing.
     #[arg(long, conflicts_with_all = ["output", "report", "check", "format"])]
     dry_run: bool,
-    /// Maximum total cost of all answers in US dollars.
+    /// Maximum cost of all answers in US dollars [default: `budget` in config.toml, else none].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
-    /// Let only this obstacle attack, or these together: ids separated by commas.
+    /// Let only these obstacles attack; several ids, separated by commas, attack together.
     #[arg(
         long,
         value_name = "ID",
@@ -73,37 +73,40 @@ pub struct GenerateArguments {
         allow_negative_numbers = true
     )]
     attacker: Vec<i64>,
-    /// Search only for attacks that these terms describe: who, which manoeuvre, from where, how hard. "actor:car,truck
-    /// manoeuvre:cut-in place:left-lane severe"; `nearmiss help wishes` lists them.
+    /// Restrict the search to attacks that match these terms: actor, manoeuvre, place, severity
+    ///
+    /// Example: "actor:car,truck manoeuvre:cut-in place:left-lane severe". `nearmiss help generating` lists the terms.
     #[arg(long, value_name = "TERMS", conflicts_with = "check")]
     wish: Option<Wish>,
-    /// Prefer attacks whose contact all of these drivers would avoid, such as cc,fsm; `nearmiss drivers` lists them. The
-    /// same as the wish preventable-by:DRIVERS.
+    /// Prefer attacks that all of these driver models would avoid, such as cc,fsm; `nearmiss drivers` lists them. Same
+    /// as --wish preventable-by:DRIVERS.
     #[arg(long, value_name = "DRIVERS", conflicts_with = "check", value_delimiter = ',', value_parser = driver_id)]
     preventable_by: Vec<&'static str>,
-    /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome
-    /// worse. With --check, how many may be changed [default: as many as --attacker names, else `attackers` of the
-    /// configuration, else 1; with --check 3].
+    /// Maximum number of obstacles that attack together, 1 to 3 [default: `attackers` in config.toml, else 1]
+    ///
+    /// More attackers are added only if they make the outcome worse. If --attacker names several, the default is their
+    /// number. With --check: how many obstacles may be changed [default: 3].
     #[arg(long, value_name = "N", value_parser = attacker_count)]
     attackers: Option<usize>,
-    /// Maximum number of motions tried per scenario.
+    /// Maximum number of motions to try per scenario.
     #[arg(long, value_name = "N", default_value_t = Effort::default().candidates, value_parser = candidate_count)]
     candidates: usize,
-    /// Seed of the search; the same seed finds the same attacks.
+    /// Random seed; the same seed finds the same attacks.
     #[arg(long, value_name = "N", default_value_t = Effort::default().seed)]
     seed: u64,
-    /// Reaction time in seconds with which an ideal driver must be able to avoid the attack: 0, 0.5, 1 or 1.5.
+    /// Reaction time in seconds with which an ideal driver must avoid the attack: 0, 0.5, 1 or 1.5.
     #[arg(long, value_name = "S", default_value = "0.5", allow_negative_numbers = true, value_parser = reaction_time)]
     survive: f64,
-    /// How attackers move: as people do in an emergency, or as far as their vehicles can [default: `attack_style` of
-    /// the configuration, else human; with --check that of the manifest beside the variant, else limit].
+    /// Limits of attacker motion: as people drive in an emergency, or as far as vehicles can [default: `attack_style`
+    /// in config.toml, else human; with --check that of the variant's manifest, else limit].
     #[arg(long, value_name = "STYLE")]
     style: Option<AttackStyle>,
     #[command(flatten)]
     how: ProblemOption,
-    /// Change a setting of the planner (those of `plan`), or how a model is asked: votes (for the attacker), within
-    /// (metres, in which it chooses it), samples (motions), retries, feedback (on, off), grades (on, off), rank (exact,
-    /// model), obey (on, off). See `nearmiss help model-attacks`.
+    /// Change a setting of the planner (those of `plan`) or of the requests to a model
+    ///
+    /// Keys of the requests: votes (for the attacker), within (range of candidate attackers, metres), samples
+    /// (motions), retries, feedback, grades and obey (on, off), rank (exact, model). See `nearmiss help generating`.
     #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::setting)]
     set: Vec<(String, String)>,
     #[command(flatten)]
@@ -113,16 +116,16 @@ pub struct GenerateArguments {
     /// Folder for the variants with their egos, solutions, certificates and manifests; created if missing.
     #[arg(short = 'o', long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Continue in the folder of -o: keep variants made with the same settings and count them from their manifests. An
-    /// earlier report is replaced.
+    /// Resume in the folder of -o: keep variants made with the same settings and count them. Replaces an earlier
+    /// report.
     #[arg(long, requires = "output", conflicts_with_all = ["fresh", "check"])]
     resume: bool,
     #[command(flatten)]
     part: ShardOption,
-    /// Write a summary of all scenarios as JSON.
+    /// Write a JSON summary of all scenarios to FILE.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Generate nothing; check this variant, from any source, against the one given scenario.
+    /// Check this variant, from any source, against the one given scenario; generate nothing.
     #[arg(long, value_name = "VARIANT", conflicts_with_all = ["output", "report", "attacker"])]
     check: Option<PathBuf>,
 }

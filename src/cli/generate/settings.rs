@@ -17,21 +17,21 @@ nearmiss_record::fields! {
     /// How a model is asked.
     pub struct AskSettings {
         "model" {
-            /// Votes for the attacker.
+            /// Votes for the attacker [default: 3].
             votes: u32 = VOTES, Takes::Whole(1, 1000);
-            /// The model chooses the attacker within this distance; by default as the configuration says.
+            /// Range in metres within which the model chooses the attacker [default: `attack_within` in config.toml].
             within: Option<f64>, Takes::Above(0.0, 1e6), "m";
-            /// Motions.
+            /// Motions to ask for [default: 5].
             samples: u32 = SAMPLES, Takes::Whole(1, 1000);
-            /// How often a motion goes back to the model.
+            /// Retries of a motion by the model [default: 2].
             retries: u32 = RETRIES, Takes::Whole(0, 100);
-            /// Whether what came of the drive goes back to the model.
+            /// Report the outcome of the drive back to the model.
             feedback: bool = true;
-            /// Whether the model grades its motions.
+            /// Let the model grade its motions.
             grades: bool = true;
-            /// What decides between its motions.
+            /// Criterion that ranks the motions.
             rank: Ranking;
-            /// Whether nothing is generated where the model names no possible attacker.
+            /// Generate nothing if the model names no possible attacker.
             obey: bool;
         }
     }

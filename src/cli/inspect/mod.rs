@@ -28,22 +28,22 @@ use super::{Failure, Outcome, output};
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
 pub struct Inspect {
-    /// Scenarios, recordings, solutions, names of bundled scenarios, or folders; of several, a row for each scenario, the
+    /// Scenarios, recordings, solutions, names of bundled scenarios, or folders; several scenarios print a row each,
     /// most severe first.
     #[arg(required = true, value_name = "PATH")]
     files: Vec<PathBuf>,
-    /// Rows of these scenarios alone: terms of the list's filter, such as 'ttc < 1.5 tag:urban' or 'severity<=1'; see
-    /// `nearmiss help finding`.
+    /// Show only matching scenarios: filter terms such as 'ttc < 1.5 tag:urban' or 'severity<=1'; see `nearmiss help
+    /// corpora`.
     #[arg(long = "where", value_name = "TERMS")]
     terms: Option<String>,
-    /// The most severe N rows.
+    /// Show only the N most severe scenarios.
     #[arg(long, value_name = "N")]
     top: Option<NonZeroUsize>,
-    /// What differs between two scenarios, and the moment that matters of each; status 1 if anything does.
+    /// Compare two scenarios and the moment that matters in each; exit status 1 if they differ.
     #[arg(long, conflicts_with_all = ["terms", "top"])]
     diff: bool,
-    /// Form of the output; of one scenario `table` is its page and `json` everything in it [default: from the file name,
-    /// else table].
+    /// Output format; for one scenario, `table` prints its page and `json` everything in it [default: from the file
+    /// name, else table].
     #[arg(long, value_enum)]
     format: Option<PageFormat>,
     #[command(flatten)]

@@ -130,7 +130,7 @@ pub const SCENARIO: JobOption = JobOption {
         "scenario",
         "",
         JobValue::Text,
-        "Name, as list_scenarios gives it.",
+        "Scenario name from list_scenarios.",
     )
 };
 
@@ -147,11 +147,11 @@ const AT: JobOption = option(
     "at",
     "--at",
     JobValue::Moment,
-    "Time step, or worst, worst:ttc, worst:distance, worst:risk [default: worst, the most severe moment].",
+    "Time step, or worst, worst:ttc, worst:distance or worst:risk [default: worst, the most severe moment].",
 );
 
 /// The argument that asks for the next page.
-pub const CURSOR: JobOption = option("cursor", "", JobValue::Text, "`cursor` of the page before.");
+pub const CURSOR: JobOption = option("cursor", "", JobValue::Text, "Previous page's `cursor`.");
 
 /// What is looked for.
 pub const FILTER: JobOption = JobOption {
@@ -169,16 +169,16 @@ pub const NUMBER: JobOption = option(
     "number",
     "",
     JobValue::Whole(Some(1), Some(100)),
-    "Most windows that are given [default: 10].",
+    "Maximum number of windows [default: 10].",
 );
 
 /// The tools.
 const TOOLS: &[Tool] = &[
     Tool {
         name: "list_scenarios",
-        about: "Lists the scenarios, the most severe first: severity (0 contact, 1 conflict, 2 near miss, 3 course, 4 later, \
-                5 none), the time step `at` which it is most severe, the obstacle, and why. `ego` is there where none is \
-                recorded: give it to the other tools. Start here.",
+        about: "Lists the scenarios, most severe first. Each has its severity (0 contact, 1 conflict, 2 near miss, 3 \
+                course, 4 later, 5 none), the time step `at` of the most severe moment, the obstacle, and the reason. \
+                Scenarios without a recorded ego have `ego`: pass it to the other tools. Start here.",
         options: &[CURSOR],
         takes_long: true,
         paid: false,
@@ -186,8 +186,8 @@ const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "inspect",
-        about: "Says what is in a scenario: steps and their length, road, obstacles, ego, warnings, and the most severe \
-                moment with each obstacle, the most severe first.",
+        about: "Shows what a scenario contains: time steps and their length, road, obstacles, ego and warnings. Lists \
+                the most severe moment with each obstacle, most severe first.",
         options: &[SCENARIO, EGO],
         takes_long: false,
         paid: false,
@@ -195,13 +195,13 @@ const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "find",
-        about: "Searches windows of 2 s of every pair of road users in all scenarios, the most severe first, for those that \
-                fit all terms: manoeuvre: (cut_in, lane_change, merging, following, followed, parallel, oncoming, crossing, \
-                turning_across, standing, other), road: (intersection, highway, ramp, urban, country, untyped, off_road), \
-                actor: (car, truck, bus, motorcycle, bicycle, pedestrian, …), severity<=2, measures such as ttc<1.5, pet<1, \
-                drac>4, distance<2; country:DEU, tag:, a word of a name. `,` separates alternatives, `!` negates a term. \
-                Where `ego_source` is obstacle, give `ego_id` as `ego` to other tools. The first call measures all \
-                scenarios and takes longer.",
+        about: "Searches the 2 s windows of every pair of road users in all scenarios for those that match all terms, \
+                most severe first: manoeuvre: (cut_in, lane_change, merging, following, followed, parallel, oncoming, \
+                crossing, turning_across, standing, other), road: (intersection, highway, ramp, urban, country, \
+                untyped, off_road), actor: (car, truck, bus, motorcycle, bicycle, pedestrian, …), severity<=2, \
+                measures such as ttc<1.5, pet<1, drac>4, distance<2; country:DEU, tag:, a word of a name. `,` \
+                separates alternatives, `!` negates a term. If `ego_source` is obstacle, pass `ego_id` as `ego` to \
+                other tools. The first call measures all scenarios and takes longer.",
         options: &[FILTER, NUMBER],
         takes_long: true,
         paid: false,
@@ -209,9 +209,9 @@ const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "describe",
-        about: "The table of the window that ends at a moment, as prompts have it: who, lane, speed, acceleration, direction, \
-                distance, gaps and relative motion at each step. t = 0 is the end of the window. Frame metrics adds times to \
-                collision, braking, risk scores and the worst value of each.",
+        about: "Describes the window that ends at a moment as a table, as in prompts. Each step has the road user, \
+                lane, speed, acceleration, direction, distance, gaps and relative motion; t = 0 is the end of the \
+                window. The metrics frame adds TTC, braking measures, risk scores and the worst value of each.",
         options: &[
             SCENARIO,
             AT,
@@ -219,13 +219,13 @@ const TOOLS: &[Tool] = &[
                 "frame",
                 "--frame",
                 JobValue::Word(&["ego", "cartesian", "metrics"]),
-                "Measured from the ego, on the map, or with measures [default: ego].",
+                "Frame: relative to the ego, on the map, or safety measures [default: ego].",
             ),
             option(
                 "measures",
                 "--set=measures",
                 JobValue::Text,
-                "Columns of the frame metrics, such as ttc,thw,drac,pet,ttb,rss_margin.",
+                "Columns of the metrics frame, such as ttc,thw,drac,pet,ttb,rss_margin.",
             ),
             option(
                 "history",
@@ -237,13 +237,13 @@ const TOOLS: &[Tool] = &[
                 "stride",
                 "--set=stride",
                 JobValue::Whole(Some(1), Some(10_000)),
-                "Every Nth step alone [default: 1].",
+                "Describe every Nth step [default: 1].",
             ),
             option(
                 "obstacle",
                 "--obstacle",
                 JobValue::Whole(None, None),
-                "This obstacle alone.",
+                "Describe only this obstacle.",
             ),
             EGO,
         ],
@@ -257,7 +257,7 @@ const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "render",
-        about: "Draws the road and all participants from above, as a picture.",
+        about: "Draws the road and all road users from above.",
         options: &[
             SCENARIO,
             AT,
@@ -265,7 +265,7 @@ const TOOLS: &[Tool] = &[
                 "view",
                 "--view",
                 JobValue::Text,
-                "Part of the map, metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego].",
+                "Part of the map in metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego].",
             ),
             EGO,
         ],
@@ -279,8 +279,8 @@ const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "plan",
-        about: "Plans the ego's motion with the built-in planner and simulates it in the recorded traffic: outcome, goal, \
-                limits, rules, times. Takes seconds.",
+        about: "Plans the ego's motion with the built-in planner and simulates it in the recorded traffic. Reports \
+                outcome, goal, limits, traffic rules and times. Takes seconds.",
         options: &[SCENARIO],
         takes_long: true,
         paid: false,
@@ -292,21 +292,21 @@ const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "generate",
-        about: "Searches a dangerous but avoidable variant of a safe scenario and says what came of it: attacker, \
-                manoeuvre, outcome, who could have avoided it. Writes nothing. Takes seconds to minutes.",
+        about: "Searches for a dangerous but avoidable variant of a safe scenario. Reports attacker, manoeuvre, \
+                outcome, and who could have avoided it. Writes nothing. Takes seconds to minutes.",
         options: &[
             SCENARIO,
             option(
                 "candidates",
                 "--candidates",
                 JobValue::Whole(Some(1), Some(100_000)),
-                "Most motions that are tried.",
+                "Maximum number of motions to try.",
             ),
             option(
                 "seed",
                 "--seed",
                 JobValue::Whole(Some(0), None),
-                "Seed of the search.",
+                "Random seed of the search.",
             ),
         ],
         takes_long: true,
@@ -319,28 +319,28 @@ const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "ask_model",
-        about: "Asks a language model about the scenario; costs what its provider charges. The answer is stored.",
+        about: "Asks a language model about the scenario, at the price of its provider, and stores the answer.",
         options: &[
             SCENARIO,
-            option("model", "--model", JobValue::Text, "provider/model."),
+            option("model", "--model", JobValue::Text, "As provider/model."),
             option(
                 "task",
                 "--task",
                 JobValue::Word(&["collision", "safety"]),
-                "[default: collision].",
+                "Task [default: collision].",
             ),
             EGO,
             option(
                 "budget",
                 "--budget",
                 JobValue::Number,
-                "Most that it may cost, US dollars [default: what is left of the session's budget].",
+                "Maximum cost in US dollars [default: what is left of the session's budget].",
             ),
             option(
                 "max_tokens",
                 "--set=max_tokens",
                 JobValue::Whole(Some(1), Some(u32::MAX as u64)),
-                "Most tokens of the answer, which bound its cost [default: that of config.toml, without which it is needed].",
+                "Maximum number of tokens per answer; bounds the cost [default: from config.toml; else required].",
             ),
         ],
         takes_long: true,

@@ -40,20 +40,33 @@ use jobs::{BUDGET, Progress, SpendingLimit};
 use places::Places;
 use resources::PROMPT;
 
+/// Each tool with what it does and its arguments, for the manual.
+pub fn tools() -> String {
+    let lines = catalogue::offered(true).map(|tool| {
+        let options: Vec<&str> = tool.options.iter().map(|option| option.name).collect();
+        let about = format!("{} Arguments: {}.", tool.about, options.join(", "));
+        let about = textwrap::fill(&about, 66).replace('\n', &format!("\n{:22}", ""));
+        format!("    {:<17} {about}\n", tool.name)
+    });
+    lines.collect()
+}
+
 /// Arguments of `mcp`.
 #[derive(Debug, clap::Args)]
 pub struct Mcp {
-    /// Folders whose scenarios clients may open, besides the bundled ones; no scenario outside them is read, and nothing is
-    /// written [default: none, the bundled scenarios alone].
+    /// Folders with scenarios that clients may open, besides the bundled ones [default: none]
+    ///
+    /// Clients can read no scenario outside them and write no files.
     folders: Vec<PathBuf>,
-    /// Let clients ask language models, which may cost money: adds the tool ask_model; needs --budget.
+    /// Let clients ask language models, which may cost money: adds the tool ask_model, which stores its answers; needs
+    /// --budget.
     #[arg(long, requires = "budget")]
     allow_models: bool,
     /// Maximum cost of all answers of the session in US dollars.
     #[arg(long, value_name = "USD", value_parser = budget, requires = "allow_models")]
     budget: Option<f64>,
-    /// Serve streamable HTTP at http://ADDRESS/mcp, on this machine alone; port 0 takes a free one. Clients send the token
-    /// that is printed, or that of NEARMISS_MCP_TOKEN.
+    /// Serve streamable HTTP at http://ADDRESS/mcp, on a loopback address; port 0 picks a free port. Clients send the
+    /// printed token, or that of NEARMISS_MCP_TOKEN.
     #[arg(long, value_name = "ADDRESS", value_parser = loopback)]
     http: Option<SocketAddr>,
 }

@@ -33,8 +33,8 @@ pub struct Metrics {
     #[arg(required_unless_present = "list")]
     #[serde(skip)]
     paths: Vec<PathBuf>,
-    /// List the measures instead: id, unit, dangerous direction, thresholds, name and source. With --scene, list the
-    /// measures of whole scenes.
+    /// List the measures of pairs, or with --scene of whole scenes: id, unit, dangerous direction, thresholds, name and
+    /// source.
     #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego"])]
     #[serde(skip)]
     list: bool,
@@ -44,21 +44,24 @@ pub struct Metrics {
     /// Definition of the measures.
     #[arg(long, value_enum, default_value = "exact")]
     convention: Convention,
-    /// Measure the whole scene: the ego against all obstacles together, one row a step.
+    /// Measure the ego against all obstacles together: one row per time step.
     #[arg(long, conflicts_with = "radius")]
     scene: bool,
-    /// TOML file of risk levels and limits. It replaces `thresholds.toml` in the configuration folder and overrides the
-    /// shipped values. The paper convention ignores it.
+    /// TOML file with risk levels and limits
+    ///
+    /// Replaces `thresholds.toml` of the configuration folder and overrides the built-in values. The paper convention
+    /// ignores it.
     #[arg(long, value_name = "FILE")]
     #[serde(skip)]
     thresholds: Option<PathBuf>,
-    /// Leave out obstacles whose centre is farther than this from that of the ego, metres (30 in the paper).
+    /// Leave out obstacles whose centre is farther from the ego's than this, in metres (30 in the paper) [default: no
+    /// limit].
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: Option<f64>,
     /// Add a column MEASURE_reason for each measure: why a value is missing.
     #[arg(long)]
     reasons: bool,
-    /// Format of the table [default: from the file name, else csv].
+    /// Output format [default: from the file name, else csv].
     #[arg(long, value_enum)]
     #[serde(skip)]
     format: Option<TableFormat>,
@@ -77,10 +80,10 @@ pub struct Metrics {
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 enum Convention {
-    /// Real bodies, exact geometry, every measure.
+    /// Actual body shapes, exact geometry, every measure.
     Exact,
-    /// The published tables of the paper with their defects: boxes of one size that never turn, headings of 0 at
-    /// standstill, accelerations along the axes of the map.
+    /// The paper's published tables with their known errors: boxes of one size that never turn, zero headings at
+    /// standstill, accelerations along the map axes.
     Paper,
 }
 

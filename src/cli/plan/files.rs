@@ -19,26 +19,28 @@ use crate::output::{self, Target, file_of, refused};
 /// What to write.
 #[derive(Debug, clap::Args)]
 pub struct Files {
-    /// Write the ego's motion as CSV with the columns of `ego_trajectory.csv`: to a file, to standard output (-), or to
-    /// NAME/ego_trajectory.csv in an existing folder. Several scenarios need a folder. Positions are the centre of the
-    /// vehicle.
+    /// Write the ego's motion as CSV with the columns of `ego_trajectory.csv`
+    ///
+    /// FILE, - for standard output, or an existing folder for NAME/ego_trajectory.csv. Several scenarios need a folder.
+    /// Positions are vehicle centres.
     #[arg(short, long, value_name = "FILE|FOLDER")]
     output: Option<PathBuf>,
-    /// Also write each scenario, with the traffic as it was driven, to the folder of -o as NAME/NAME.xml; `nearmiss FOLDER`
-    /// then opens it with this ego.
-    /// The folder must not be one that scenarios are read from.
+    /// Also write each scenario with its simulated traffic to the folder of -o, as NAME/NAME.xml
+    ///
+    /// `nearmiss FOLDER` then opens it with this ego. The folder must not be one that scenarios are read from.
     #[arg(long, requires = "output")]
     with_scenario: bool,
-    /// Write the ego's motion as a CommonRoad solution: to a file, or to solution_KS2_SM1_NAME_2020a.xml in an existing
-    /// folder. Positions are the centre of the vehicle, as CommonRoad's collision check expects; the reference point of
-    /// the KS model itself is the rear axle.
+    /// Write the ego's motion as a CommonRoad solution
+    ///
+    /// FILE, or an existing folder for solution_KS2_SM1_NAME_2020a.xml. Positions are vehicle centres, as CommonRoad's
+    /// collision check expects; the KS model itself refers to the rear axle.
     #[arg(long, value_name = "FILE|FOLDER")]
     solution: Option<PathBuf>,
-    /// Vehicle model of the solution: kinematic single-track (KS) or point mass (PM) [default: KS].
+    /// Vehicle model of the solution: kinematic single-track (KS) or point mass (PM).
     #[arg(long, value_name = "MODEL", value_parser = ["KS", "PM"], default_value = "KS", ignore_case = true)]
     solution_model: String,
-    /// Write JSON lines, one a planning cycle: candidates, rejections, cost and the chosen states; of a planner's process
-    /// also what it wrote to standard error.
+    /// Write one JSON line per planning cycle: candidates, rejections, cost and chosen states; for external planners
+    /// also their standard error.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     /// Replace existing files.

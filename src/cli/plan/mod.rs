@@ -41,7 +41,7 @@ use table::{Export, OutcomeTable};
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Outcomes: goal, collision (with the obstacle and the side of either body), timeout, off_road, infeasible, \
+Outcomes: goal, collision (with the obstacle and the sides of both bodies), timeout, off_road, infeasible, \
 planner_error (the planner's process failed).\n\
 Exit status: 0 all drives reach the goal or run out of time; 1 some end otherwise or could not be planned; \
 2 usage or input error; 130 interrupted.")]
@@ -51,22 +51,27 @@ pub struct PlanArguments {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     how: ProblemOption,
-    /// Change a setting of the planner, with the keys of [planner] in config.toml: prediction (recorded,
-    /// constant-velocity, lane), traffic (recorded, reactive), rules (obey, off), replan (steps), horizon (seconds),
-    /// vehicle (1 to 4) and others, and timeout (seconds a cycle) of a process. See `nearmiss help configuration`.
+    /// Change a setting of the planner, a key of [planner] in config.toml
+    ///
+    /// Among them: prediction (recorded, constant-velocity, lane), traffic (recorded, reactive), rules (obey, off),
+    /// replan (steps), horizon (seconds), vehicle (1 to 4). timeout (seconds per cycle) is for external planners. See
+    /// `nearmiss help configuration`.
     #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::setting)]
     set: Vec<(String, String)>,
     #[command(flatten)]
     planners: PlannerOptions,
-    /// Drivers that drive beside the planner, such as cc,fsm: outcomes and harm, paired; `nearmiss drivers` lists them.
+    /// Driver models to compare with the planner, such as cc,fsm: paired outcomes and harm; `nearmiss drivers` lists
+    /// them.
     #[arg(long = "driver", value_name = "DRIVERS", value_delimiter = ',', value_parser = options::driver_with_rule)]
     drivers: Vec<Policy>,
     #[command(flatten)]
     monitor: MonitorOptions,
     #[command(flatten)]
     format: output::FormatOption,
-    /// Write a table with a row for each drive: outcome, kind of collision, comfort, time to the goal, near misses, time
-    /// a cycle; .csv, .json, .jsonl or .parquet. With two planners each scenario has two rows.
+    /// Write a table with one row per drive (.csv, .json, .jsonl or .parquet)
+    ///
+    /// Columns: outcome, kind of collision, comfort, time to the goal, near misses, time per cycle. With two planners
+    /// each scenario has two rows.
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
     #[command(flatten)]

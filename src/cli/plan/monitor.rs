@@ -27,30 +27,30 @@ use crate::{Failure, Outcome, output};
 #[derive(Debug, clap::Args, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct MonitorOptions {
-    /// Ask this judge the safety question while the ego drives: reference/geometry or provider/model. Answers count
-    /// from when they arrive; those of models are stored.
+    /// Ask a judge the safety question during the drive: reference/geometry or provider/model. Answers take effect when
+    /// they arrive; those of models are stored.
     #[arg(long, value_name = "MODEL")]
     monitor: Option<String>,
-    /// Seconds of the drive between two questions, 0.05 to 60; to the nearest time step.
+    /// Simulated seconds between two questions, 0.05 to 60, rounded to a time step.
     #[arg(long, value_name = "SECONDS", default_value_t = EVERY, value_parser = interval, requires = "monitor")]
     monitor_every: f64,
-    /// Seconds until an answer counts, in place of its measured latency, 0 to 60: the same every time.
+    /// Fixed latency of every answer in seconds, 0 to 60, instead of the measured one.
     #[arg(long, value_name = "SECONDS", value_parser = latency, requires = "monitor")]
     monitor_latency: Option<f64>,
-    /// Brake fully, instead of following the plan, while the newest answer says critical.
+    /// Brake fully instead of following the plan while the latest answer is critical.
     #[arg(long, value_name = "VERDICT", value_parser = ["critical"], requires = "monitor")]
     brake_on: Option<String>,
-    /// Address of the monitor's server, in place of the provider's own.
+    /// Server address of the monitor, instead of the provider's own.
     #[arg(long, value_name = "URL", requires = "monitor")]
     base_url: Option<String>,
-    /// Maximum total cost of the monitor's answers in US dollars; needs a known price and a token limit [default:
+    /// Maximum cost of all answers of the monitor in US dollars; needs a known price and a token limit [default:
     /// `budget` in config.toml, else none].
     #[arg(long, value_name = "USD", requires = "monitor", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
-    /// Ask the model even if the store has its answer.
+    /// Ask the model even if its answer is stored.
     #[arg(long, requires = "monitor")]
     fresh: bool,
-    /// Say how many questions the monitor would have and what they cost at most; nothing is sent or written.
+    /// Print the number of questions and their maximum cost; send and write nothing.
     #[arg(long, requires = "monitor")]
     #[serde(skip)]
     dry_run: bool,

@@ -94,13 +94,15 @@ pub fn driver_with_rule(word: &str) -> Result<Policy, String> {
 /// Planners that are processes.
 #[derive(Debug, Clone, clap::Args)]
 pub struct PlannerOptions {
-    /// Planner that drives: `nearmiss` (the built-in one), a [planner.NAME] of config.toml, or a command that speaks
-    /// the planner protocol, split into words without a shell (`nearmiss help planners`). `plan` compares two: paired
-    /// differences with intervals; `recorded` beside a planner is the recorded ego.
+    /// Planner that drives the ego [default: nearmiss]
+    ///
+    /// `nearmiss` (built-in), a [planner.NAME] of config.toml, or a command that speaks the planner protocol, without
+    /// shell syntax (`nearmiss help planners`). `plan` compares two planners by paired differences with intervals; one
+    /// of them may be `recorded`, the recorded ego.
     #[arg(long = "planner", value_name = "NAME|COMMAND", action = clap::ArgAction::Append)]
     planners: Vec<String>,
-    /// Do not wait for the planner: a trajectory counts from the time step at which it is there, until then the one
-    /// before is driven. Measured times differ from run to run, and with them the drive.
+    /// Run in real time: a trajectory takes effect at the step it arrives, and the previous one is followed until then.
+    /// Results vary between runs.
     #[arg(long, requires = "planners")]
     real_time: bool,
 }

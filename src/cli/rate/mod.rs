@@ -16,23 +16,25 @@ use crate::{Failure, Outcome, output};
 
 /// Arguments of `corpus rate`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "`nearmiss help rates` says what counts, and what a rate does not show.")]
+#[command(after_help = "`nearmiss help rates` explains events, and what a rate does not show.")]
 pub struct Rates {
-    /// Folder of the index, see `nearmiss corpus index`.
+    /// Index folder; see `nearmiss corpus index`.
     folder: PathBuf,
-    /// Terms that events fit: "manoeuvre:cut_in gap<12 closing>5".
+    /// Terms that events must match: "manoeuvre:cut_in gap<12 closing>5".
     terms: Vec<String>,
-    /// Count what is at least as extreme as what the attackers of this variant do, or those of each variant in a folder; of
-    /// another scenario, as what others ahead of its ego do. Also says which drivers avoid it; may be repeated.
+    /// Count events at least as extreme as those of this scenario, or of each scenario in a folder; repeat for several
+    ///
+    /// For a variant, its attackers count; for other scenarios, whatever drives ahead of the ego. Also reports which
+    /// driver models avoid it.
     #[arg(long, value_name = "SCENARIO|FOLDER")]
     like: Vec<PathBuf>,
     /// List the events.
     #[arg(long, conflicts_with = "output")]
     events: bool,
-    /// Form of the output.
+    /// Output format.
     #[arg(long, value_enum, default_value = "table")]
     format: RateFormat,
-    /// Also draw the rates, with --like over how many drivers avoid each: a file .svg or .png.
+    /// Also draw the rates to FILE (.svg or .png); with --like against the number of drivers that avoid each event.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace an existing file.
@@ -42,7 +44,7 @@ pub struct Rates {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum RateFormat {
-    /// Text for people.
+    /// Human-readable text.
     Table,
     /// CSV with a header.
     Csv,

@@ -26,8 +26,10 @@ pub struct Render {
     #[command(flatten)]
     #[serde(flatten)]
     pub ego: EgoChoice,
-    /// Moments to draw, separated by commas: time steps (32), seconds (3.2s), worst (the most severe moment, see
-    /// `nearmiss help measures`), or the worst by one measure: worst:risk, worst:ttc, worst:distance [default: worst].
+    /// Moments to draw, separated by commas [default: worst]
+    ///
+    /// A time step (32), seconds (3.2s), worst (the most severe moment, see `nearmiss help measures`), or the worst by
+    /// one measure: worst:risk, worst:ttc, worst:distance.
     #[arg(
         long,
         value_name = AT,
@@ -36,44 +38,47 @@ pub struct Render {
         conflicts_with = "all"
     )]
     pub at: Vec<At>,
-    /// Draw every time step: an animation as GIF, numbered files as SVG or PNG; MP4 and HTML have every step anyway.
+    /// Draw every time step: an animation as GIF, numbered files as SVG or PNG. MP4 and HTML always contain every step.
     #[arg(long)]
     pub all: bool,
-    /// One picture of several moments: rows x columns of maps with one scale, filled row by row with the moments of
-    /// --at; 170 mm wide.
+    /// Draw several moments in one picture, 170 mm wide: rows x columns of maps at one scale. Filled row by row with
+    /// the moments of --at.
     #[arg(long, value_name = "ROWSxCOLUMNS", value_parser = grid_shape, conflicts_with = "all")]
     pub grid: Option<GridShape>,
-    /// In --grid, above each row of a variant its original at the same moments: half of the rows are the original's.
+    /// With --grid, draw the original above each row of a variant, at the same moments; half of the rows show the
+    /// original.
     #[arg(long, requires = "grid")]
     pub with_original: bool,
-    /// Case study of a variant of `nearmiss generate`: the original above the variant, from the first changed step to
-    /// the contact with the attacker or the nearest approach, at equal intervals; --grid 2xN sets how many [default: 4].
+    /// Draw a case study of a variant from `nearmiss generate`: the original above the variant, at equal intervals
+    ///
+    /// Begins at the first changed step and ends at the contact with the attacker or the closest approach. --grid 2xN
+    /// sets the number of moments [default: 4].
     #[arg(long, conflicts_with_all = ["at", "all", "with_original"])]
     pub case_study: bool,
     #[command(flatten)]
     #[serde(flatten)]
     pub certificate: CertificateOption,
-    /// What is drawn.
+    /// What to draw.
     #[arg(long, value_enum, default_value = "map")]
     pub what: RenderContent,
-    /// Part of the map, metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego, 60 m wide, or as wide as the pointed
-    /// out obstacle needs].
+    /// Part of the map in metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego, 60 m wide, or wide enough for the
+    /// highlighted obstacle].
     #[arg(long, value_name = "VIEW", value_parser = MapExtent::parse, allow_hyphen_values = true)]
     #[serde(skip)]
     pub view: Option<MapExtent>,
-    /// Original of a variant of `nearmiss generate`, a CommonRoad file or name of a bundled scenario; its attacker's
-    /// motion is drawn too [default: from the manifest of the variant].
+    /// Original of a variant from `nearmiss generate`, to draw the attacker's original motion: a CommonRoad file or
+    /// bundled scenario [default: from the variant's manifest].
     #[arg(long, value_name = "FILE")]
     pub original: Option<PathBuf>,
-    /// Table of predicted trajectories to draw over the map: time, id, x, y in metres of the scenario, and mode and
-    /// probability where there are; --columns names them.
+    /// Table of predicted trajectories to draw over the map: time, id, x and y in metres, optionally mode and
+    /// probability; --columns names the columns.
     #[arg(long, value_name = "FILE", conflicts_with = "with_certificate")]
     #[serde(skip)]
     pub overlay: Option<PathBuf>,
     /// Rotate the map so that the ego drives upwards.
     #[arg(long)]
     pub rotate: bool,
-    /// Obstacles to highlight and plot [default: that of the moment that matters].
+    /// Obstacles to highlight and plot, separated by commas [default: that of the moment that matters].
     #[arg(
         long,
         value_name = "ID",
@@ -81,31 +86,35 @@ pub struct Render {
         allow_negative_numbers = true
     )]
     pub obstacle: Vec<i64>,
-    /// Measures to plot; `nearmiss metrics --list` lists them [default: distance; for a page ttc, distance, risk].
+    /// Measures to plot, separated by commas; `nearmiss metrics --list` lists them [default: distance; for a page ttc,
+    /// distance, risk].
     #[arg(long, value_name = "MEASURE", value_delimiter = ',', value_parser = named_measure)]
     #[serde(skip)]
     pub plot: Vec<&'static Measure>,
-    /// Question whose window plots shade: collision (the end of the recording), or safety (up to the moment drawn)
+    /// Task whose window plots shade: collision (at the end of the recording) or safety (up to the drawn moment)
     /// [default: collision].
     #[arg(long, value_name = "TASK")]
     pub task: Option<Task>,
-    /// Steps in that window [default: from the configuration, else 10].
+    /// Steps in the shaded window [default: `history` in config.toml, else 10].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
     pub history: Option<u32>,
-    /// Width and height: 85x60 or 85x60mm, 800x600px, or only a width; columns and rows for --what screen [default:
-    /// 85mm wide].
+    /// Width and height, such as 85x60, 85x60mm or 800x600px, or a width only [default: 85mm wide]
+    ///
+    /// The unit of --what screen is columns and rows.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Size>,
-    /// Theme: paper (for print), dark, light, contrast, colorblind, or one of yours [default: paper; for --what screen
-    /// yours].
+    /// Theme: paper (for print), dark, light, contrast, colorblind, or one of your own [default: paper; for --what
+    /// screen your configured theme].
     #[arg(long, value_name = "NAME")]
     #[serde(skip)]
     pub theme: Option<String>,
-    /// Pixels per inch of PNG and GIF [default: 300; 150 for GIF; 96 if the size is in pixels].
+    /// Resolution of PNG and GIF in pixels per inch [default: 300; 150 for GIF; 96 if the size is in pixels].
     #[arg(long, value_name = "N", value_parser = dpi)]
     pub dpi: Option<f64>,
-    /// File to write (.svg, .png, .gif; .mp4, a film by ffmpeg; .html, a page that plays the scenario) or folder; several
-    /// steps are numbered. With --format and several pictures the folder is created [default: SVG on standard output].
+    /// File or folder to write [default: SVG on standard output]
+    ///
+    /// Files end in .svg, .png, .gif, .mp4 (a film, needs ffmpeg) or .html (a page that plays the scenario). Several
+    /// steps get numbered files. With --format and several pictures, a missing folder is created.
     #[arg(short, long, value_name = "PATH")]
     #[serde(skip)]
     pub output: Option<PathBuf>,
@@ -130,9 +139,9 @@ pub enum RenderContent {
     Map,
     /// Measures over time.
     Plot,
-    /// Map with measures over time below.
+    /// The map, with measures over time below.
     Both,
-    /// The workbench in the terminal.
+    /// The workbench as shown in a terminal.
     Screen,
 }
 

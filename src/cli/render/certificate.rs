@@ -23,8 +23,10 @@ use crate::{Failure, Outcome, output};
 /// The ideal driver beside the drive in a variant.
 #[derive(Debug, clap::Args, Serialize)]
 pub struct CertificateOption {
-    /// Below each map of a variant of `nearmiss generate` the ideal driver of its certificate with this reaction time at
-    /// the same moment, with the gap of each; with --all -o FILE.gif a film [default: the longest that survives].
+    /// Draw the ideal driver of a variant's certificate below each map, with the gap of each.
+    ///
+    /// S is its reaction time in seconds, for variants from `nearmiss generate` [default: the longest that survives].
+    /// With --all, -o FILE.gif makes a film.
     #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego"])]
     pub with_certificate: Option<Reaction>,
 }

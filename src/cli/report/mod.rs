@@ -24,20 +24,20 @@ use of_batch::PivotOptions;
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
 pub struct ReportArguments {
-    /// Folder with recorded answers, laid out as the repository of "From Words to Collisions"; replaces the runs of the
-    /// store.
+    /// Folder of recorded answers, laid out as the repository of "From Words to Collisions"; replaces the stored runs.
     #[arg(conflicts_with = "paper")]
     folder: Option<PathBuf>,
-    /// Compare the recorded answers in such a folder with Tables I to IV of the paper and with the built-in judge.
+    /// Compare the recorded answers of such a folder with Tables I to IV of the paper and with the built-in judge.
     #[arg(long, value_name = "FOLDER")]
     paper: Option<PathBuf>,
     #[command(flatten)]
     filters: FilterOption,
-    /// Ground truth, separated by commas: CSV files with the columns `scenario` and `label` or `obstacle_id`; `batch`
-    /// for the truth of each batch; folders with scenarios and recorded egos, or with annotations; `auto` for the exact
-    /// geometry of bundled scenarios and the stored verdicts of the built-in judge on whole recordings. CSV files count
-    /// first, then `batch`, then folders and `auto` in their order. `score` or `score:paper`, alone or with folders, is
-    /// the risk score of TTC and MDC: critical up to 1 [default: batch,auto].
+    /// Ground truth, separated by commas [default: batch,auto]
+    ///
+    /// CSV files have the columns `scenario` and `label` or `obstacle_id`. `batch`: the truth of each batch. FOLDER:
+    /// scenarios with recorded egos, or annotations. `auto`: the exact geometry of bundled scenarios, and the judge's
+    /// stored verdicts on whole recordings. CSV files take precedence, then `batch`, then folders and `auto` in the
+    /// given order. `score` or `score:paper`, alone or with folders: the risk score of TTC and MDC, critical up to 1.
     #[arg(
         long,
         value_delimiter = ',',
@@ -45,29 +45,31 @@ pub struct ReportArguments {
         conflicts_with_all = ["folder", "paper"]
     )]
     truth: Vec<PathBuf>,
-    /// Parse the stored answers again with this version.
+    /// Parse the stored answers again with this version of nearmiss.
     #[arg(long, conflicts_with_all = ["folder", "paper"])]
     reread: bool,
-    /// Show the figures of a batch's test split before it is complete; later reports say that it was looked at.
+    /// Show the figures of an incomplete test split; later reports state that it was unlocked.
     #[arg(long, conflicts_with_all = ["folder", "paper"])]
     unlock: bool,
-    /// Only this part of the split of a batch: dev or test. Tables over axes and figures are of one part.
+    /// Report only one part of a batch's split: dev or test. Tables over axes and figures need one part.
     #[arg(long, value_name = "PART", conflicts_with_all = ["folder", "paper"])]
     split: Option<SplitPart>,
-    /// What intervals and comparisons take as one: scenario or map, all scenarios cut from one recording [default: map
-    /// for a batch with a split, which has whole maps in its parts, else scenario].
+    /// Clustering unit of intervals and comparisons: scenario, or map with all scenarios of one recording [default: map
+    /// for batches with a split, else scenario].
     #[arg(long, value_name = "UNIT", conflicts_with = "paper")]
     cluster: Option<Cluster>,
-    /// Also show the figures for this share of dangerous questions, such as 0.01: batches ask about as many dangerous
-    /// windows as safe ones.
+    /// Also show the figures at this share of dangerous questions, such as 0.01; batches ask about equally many
+    /// dangerous and safe windows.
     #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with_all = ["paper", "figure"])]
     prevalence: Option<f64>,
     #[command(flatten)]
     declared: Declared,
     #[command(flatten)]
     pivot: PivotOptions,
-    /// Write a figure instead of tables, into a file that ends in .svg or .png: bars (--measure with intervals; with
-    /// --rows one for each cell of that table), leads, reliability or cost (against F1).
+    /// Write a figure (.svg or .png) instead of tables: bars, leads, reliability or cost
+    ///
+    /// bars shows --measure with intervals, with --rows one bar per table cell. cost shows the share of correct answers
+    /// against the cost per question.
     #[arg(
         long,
         value_name = "FIGURE",
@@ -76,15 +78,16 @@ pub struct ReportArguments {
     figure: Option<ReportFigure>,
     #[command(flatten)]
     gate: Gate,
-    /// Format of the report [default: from the file name, else md].
+    /// Output format [default: from the file name, else md].
     #[arg(long, value_enum)]
     format: Option<ReportFormat>,
     #[command(flatten)]
     spreadsheet: output::ForSpreadsheet,
-    /// File to write; - is standard output, which is the default.
+    /// File to write; - is standard output [default: standard output].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// CSV file for the comparisons of prompt configurations, one row each; other formats have them in the report.
+    /// CSV file for the pairwise comparisons of prompt configurations, one per row; other formats include them in the
+    /// report.
     #[arg(long, value_name = "FILE")]
     pairs: Option<PathBuf>,
     /// Replace existing files.
@@ -96,19 +99,19 @@ pub struct ReportArguments {
 enum ReportFormat {
     /// Markdown tables.
     Md,
-    /// LaTeX tables with the rules of booktabs.
+    /// LaTeX tables with booktabs rules.
     #[value(alias = "tex")]
     Latex,
-    /// CSV: one row a cell, unrounded; --pairs has the comparisons.
+    /// CSV: one row per cell, unrounded; --pairs has the comparisons.
     Csv,
     /// Apache Parquet: the rows of CSV, with provenance as metadata.
     Parquet,
-    /// The same as a stream of Apache Arrow IPC.
+    /// Apache Arrow IPC stream, with the same rows and metadata.
     Arrow,
     /// One JSON object with every number.
     #[value(alias = "jsonl")]
     Json,
-    /// One self-contained file with tables and figures.
+    /// A self-contained page with tables and figures.
     Html,
 }
 

@@ -417,19 +417,21 @@ pub fn page_of_answers(
 /// Options of a table over axes.
 #[derive(Debug, clap::Args)]
 pub struct PivotOptions {
-    /// One table with this axis as rows: model, techniques, frame, task, template, lead, transform, effort, temperature,
-    /// form, stride, seed, tools, sample or country; each cell has an interval of 95 % and the number of its answers.
+    /// Print one table with this axis as rows; cells show a 95 % interval and the number of answers
+    ///
+    /// Axes: model, techniques, frame, task, template, lead, transform, effort, temperature, form, stride, seed, tools,
+    /// sample, country.
     #[arg(long, value_name = "AXIS", conflicts_with = "paper")]
     rows: Option<Axis>,
-    /// The axis of the columns.
+    /// Axis of the columns.
     #[arg(long, value_name = "AXIS", conflicts_with = "paper", value_parser = spelled::<Axis>)]
     columns: Option<String>,
-    /// What the cells measure: right_of_all, f1, precision, recall, specificity, accuracy, naming_recall,
+    /// Measure in the cells: right_of_all, f1, precision, recall, specificity, accuracy, naming_recall,
     /// naming_precision, seconds_median or cost_usd [default: right_of_all].
     #[arg(long, value_name = "MEASURE")]
     measure: Option<Measure>,
-    /// Compare every value of the rows with this one: paired differences of the share of right answers, with intervals
-    /// and p values corrected by Holm.
+    /// Compare every value of the rows with this one: paired differences in the share of correct answers, with
+    /// intervals and Holm-adjusted p-values.
     #[arg(long, value_name = "VALUE")]
     against: Option<String>,
 }

@@ -35,27 +35,28 @@ use super::{Failure, Outcome};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = crate::knobs::help())]
 #[command(after_help = "\
-The test split is never opened. `nearmiss help tuning`: what is shown, how templates are compared.\n\
-Exit status: 0 a better template was found; 1 none was, or the tune ended early without one; 2 an error of input.")]
+The test split is never opened. `nearmiss help tuning` explains what the model sees and how templates are compared.\n\
+Exit status: 0 a better template was found; 1 none was found; 2 usage or input error.")]
 pub struct Tune {
-    /// Experiment file (FILE.toml, see `nearmiss help experiments`) with a split; its dev scenarios are asked about.
+    /// Experiment file (FILE.toml, see `nearmiss help experiments`) with a split; only its dev scenarios are asked
+    /// about.
     experiment: PathBuf,
     #[command(flatten)]
     knobs: Knobs,
     /// Maximum cost of this run in US dollars, proposals and answers together; needs known prices and a token limit
-    /// [default: `budget` of the experiment, else that in config.toml; one is required].
+    /// [default: `budget` of the experiment, else of config.toml; one is required].
     #[arg(long, value_name = "USD", allow_hyphen_values = true)]
     budget: Option<String>,
-    /// Folder for template.diff, template.md and tune.json [default: the diff is printed].
+    /// Folder for template.diff, template.md and tune.json [default: print the diff].
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Replace files in the folder.
     #[arg(long, requires = "output")]
     overwrite: bool,
-    /// Keep a better template in your folder of templates under this new name.
+    /// Save a better template in your template folder under this new name.
     #[arg(long, value_name = "NAME", conflicts_with = "dry_run")]
     save: Option<String>,
-    /// Print what would be asked and its maximum cost; send nothing.
+    /// Print the number of requests and their maximum cost; send nothing.
     #[arg(long, conflicts_with_all = ["output"])]
     dry_run: bool,
     #[command(flatten)]

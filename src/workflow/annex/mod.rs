@@ -21,35 +21,35 @@ pub use results::{
 };
 
 nearmiss_record::fields! {
-    /// What planners are held to, and in which scenarios.
+    /// A requirement that planners are checked against, and in which scenarios.
     pub struct SafetyRequirement {
         "requirement" {
-            /// Its number, in the source or in your own list.
+            /// Number of the requirement, in its source or your own list.
             id [required]: String;
-            /// Its title.
+            /// Title.
             title [required]: String;
-            /// Its wording.
+            /// Wording.
             text [required]: String;
-            /// Where it stands: a regulation, a standard, a contract.
+            /// Source: a regulation, a standard, a contract.
             source: Option<String>;
-            /// The operational design domain that it holds in, in words; `select` chooses scenarios of it.
+            /// Operational design domain, in words; use `select` to choose scenarios within it.
             odd: Option<String>;
-            /// The driver that planners are held to: what it avoids in their seat they have to avoid.
+            /// Reference driver model: a planner must avoid what this driver avoids in its place [default: cc].
             driver: String = "cc".into(), Takes::Checked(known_driver);
         }
         "scenarios" {
             /// Scenario files and folders, relative to the folder of this file, and names of bundled scenarios.
             scenarios [required]: Vec<PathBuf>;
-            /// Only scenarios that this filter of the workbench's list lets through, such as `tag:highway risk<3`.
+            /// Filter of the workbench's list that scenarios must match, such as `tag:highway risk<3`.
             select: Option<String>;
-            /// The index (`nearmiss corpus index`) that says how often such manoeuvres are met.
+            /// Index folder (`nearmiss corpus index`) for the rates of such manoeuvres.
             index: Option<PathBuf>;
         }
         "planners" {
-            /// The planners, as `plan --planner` takes them; by default the built-in one.
+            /// Planners, as in `plan --planner` [default: the built-in one].
             planners: Vec<String>;
-            /// How is planned, and what traffic does, with the keys of [planner] in config.toml, which counts for nothing
-            /// here: `{ traffic = "reactive" }`.
+            /// Settings of planning and traffic, with the keys of [planner] in config.toml: `{ traffic = "reactive" }`.
+            /// That section of config.toml itself is ignored.
             planning: Planning;
         }
     }
@@ -92,7 +92,7 @@ impl SafetyRequirement {
             ("title", "nearmiss requirement"),
             (
                 "description",
-                "`nearmiss annex FILE.toml` holds planners to it.",
+                "`nearmiss annex FILE.toml` checks planners against it.",
             ),
         ];
         schema.extend(about.map(|(key, words)| (key.to_string(), words.into())));

@@ -22,18 +22,18 @@ pub const ENDINGS: &str =
 #[strum(serialize_all = "lowercase")]
 #[serde(into = "&'static str")]
 pub enum Target {
-    /// CommonRoad 2020a XML, and the ego beside it.
+    /// CommonRoad 2020a XML, with the ego in a file beside it.
     CommonRoad,
-    /// CommonRoad 2018b XML, and the ego beside it.
+    /// CommonRoad 2018b XML, with the ego in a file beside it.
     #[strum(serialize = "commonroad-2018b")]
     CommonRoad2018b,
-    /// FILE.xosc and FILE.xodr.
+    /// OpenSCENARIO and OpenDRIVE: FILE.xosc and FILE.xodr.
     OpenScenario,
-    /// A table of tracks, .csv, .parquet or .arrow (`nearmiss help tracks`).
+    /// Table of tracks: .csv, .parquet or .arrow (`nearmiss help tracks`).
     Tracks,
-    /// A table in the shape of the INTERACTION Dataset.
+    /// Table in the format of the INTERACTION Dataset.
     Interaction,
-    /// The three tables of a recording in the shape of highD.
+    /// The three tables of a recording in the format of highD.
     HighD,
 }
 

@@ -19,122 +19,124 @@ use nearmiss_scene::verdict::Task;
 use toml::Value;
 
 nearmiss_record::fields! {
-    /// Questions about scenarios, and how they are asked, counted and paid. Fields that `grow` may be extended in a batch
-    /// that has begun; those of a `run` and a `pin` are not what is asked; each value of an `axis` is a way of asking.
+    /// Questions about scenarios: prompt configurations, counting and cost. Fields that `grow` may be extended in a
+    /// batch that has begun; those of a `run` and a `pin` are not what is asked; each value of an `axis` is a
+    /// configuration.
     pub struct Experiment {
         "scenarios" {
-            /// What the experiment asks, in a line.
+            /// One-line title of the experiment.
             title: Option<String>;
             /// Scenario files and folders, relative to the folder of this file, and names of bundled scenarios.
             scenarios [required]: Vec<PathBuf>;
-            /// Only scenarios that this filter of the workbench's list lets through, such as `tag:cut_in risk<3`.
+            /// Filter of the workbench's list that scenarios must match, such as `tag:cut_in risk<3`.
             select: Option<String>;
-            /// A split into dev and test: `{ test = 0.5, seed = 7 }`; the figures of the test split stay locked until all
-            /// its questions are answered.
+            /// Dev/test split: `{ test = 0.5, seed = 7 }`; the figures of the test split stay locked until all its
+            /// questions are answered.
             split: Option<Split>;
-            /// Ground truth: `auto` for the exact geometry, `layout` for the folders collision_scenarios and
-            /// normal_scenarios, `score` or `score:paper` for the risk score of TTC and MDC, or CSV files with labels; by
-            /// default layout where these folders exist, else auto.
+            /// Ground truth [default: layout if its folders exist, else auto]: `auto` (exact geometry), `layout`
+            /// (folders collision_scenarios and normal_scenarios), `score` or `score:paper` (risk score of TTC and
+            /// MDC), or CSV files with labels.
             truth: Option<TruthSource>;
         }
         "questions" {
-            /// The models, as provider/model.
+            /// Models, as provider/model.
             models [required, grows]: Vec<String>, Takes::Checked(model);
-            /// The tasks; by default safety.
+            /// Tasks: safety, collision or recording [default: safety].
             tasks: Vec<Task>;
-            /// The frames of the description; by default that of the first task.
+            /// Frames of the description [default: that of the first task].
             frames: Vec<Frame>;
-            /// Prompting techniques: base, cp, cot, icl, all, or combinations such as cp+cot; by default all.
+            /// Prompting techniques: base, cp, cot, icl, all, or combinations such as cp+cot [default: all].
             techniques [grows]: Vec<Techniques>;
-            /// Answers to each question; by default 1.
+            /// Answers to each question [default: 1].
             samples [grows]: Option<u32>, Takes::Whole(1, 1000);
-            /// Ends of the dangerous windows of the safety task: seconds before the contact, or `end`; by default 1.
+            /// Ends of the dangerous windows of the safety task: seconds before the contact, or `end` [default: 1].
             leads [grows]: Vec<Lead>;
-            /// Changes of the scene under which everything is asked once more: rotate:DEGREES, mirror, move:X,Y,
+            /// Transforms of the scene under which every question is asked again: rotate:DEGREES, mirror, move:X,Y,
             /// renumber:SEED.
             transforms [grows]: Vec<Transform>;
         }
         "windows" {
-            /// `paper` for the windows and the counting of "From Words to Collisions", without leads and within; by
-            /// default `matched`: windows at leads, and safe ones like them.
+            /// Windows and counting: `matched` (windows at leads, and similar safe ones) or `paper` (as in "From Words
+            /// to Collisions", without leads and within) [default: matched].
             protocol: Protocol;
-            /// A window is dangerous if the ego touches another body within so many seconds after it; by default 2.
+            /// Seconds after a window within which a contact of the ego makes it dangerous [default: 2].
             within: Option<f64>, Takes::Above(0.0, 10.0), "s";
-            /// Whether every safe scenario has a window, also those unlike all dangerous ones; by default not.
+            /// Ask about a window of every safe scenario, even if it is unlike all dangerous ones [default: false].
             every_scenario: bool;
-            /// Steps in a window; by default those of the template.
+            /// Steps in a window [default: from the template].
             history: Option<usize>, Takes::Whole(1, 100_000), "steps";
         }
         "description" {
-            /// Obstacles within this distance of the ego are described, metres, and farther away those that can reach it
-            /// soon; by default that of the template.
+            /// Radius around the ego in metres within which obstacles are described; farther ones only if they can
+            /// reach it soon [default: from the template].
             radius: Option<f64>, Takes::Above(0.0, 1e6), "m";
-            /// Decimals of the numbers; by default those of the template.
+            /// Decimal places of numbers [default: from the template].
             precision: Option<usize>, Takes::Whole(0, MAX_DECIMALS as i64);
-            /// Wording of the description, or several; by default that of the template, else compact.
+            /// Wording of the description: compact or prose, or both [default: from the template, else compact].
             form [axis]: OneOrMore<Form>;
-            /// Every so many steps are described, or several numbers; by default those of the template, else 1.
+            /// Interval of described steps, one or several: 2 describes every second one [default: from the template,
+            /// else 1].
             stride [axis]: OneOrMore<usize>, Takes::Whole(1, 1000);
-            /// Whether bodies that touch are said to; by default as the template says.
+            /// State whether bodies touch [default: from the template].
             contact: Option<bool>;
-            /// Whether the Cartesian frame describes the road near the ego; by default as the template says, else not.
+            /// Describe the road near the ego in the Cartesian frame [default: from the template, else false].
             road: Option<bool>;
-            /// What the ego frame measures along: the ego's `heading` or its `lane`; by default as the template says, else
-            /// heading.
+            /// Axes of the ego frame: along the ego's `heading` or its `lane` [default: from the template, else
+            /// heading].
             axes: Option<EgoAxes>;
-            /// The measures of the metrics frame, such as `["ttc", "thw"]`; by default those of the template.
+            /// Measures of the metrics frame, such as `["ttc", "thw"]` [default: from the template].
             measures: Vec<String>;
-            /// The templates: `paper` asks as "From Words to Collisions" does; by default `standard`.
+            /// Template pack: `standard`, or `paper` for the prompts of "From Words to Collisions" [default: standard].
             pack: Pack;
         }
         "sampling" {
-            /// Sampling temperature, or several; by default that of the template, else the server's.
+            /// Sampling temperature, one or several [default: from the template, else the server's].
             temperature [axis]: OneOrMore<f64>, Takes::Number(0.0, 2.0);
-            /// Most tokens of an answer; by default the server's.
+            /// Maximum number of tokens per answer [default: the server's].
             max_tokens: Option<u32>, Takes::Whole(1, 4_294_967_295);
-            /// Reasoning effort, or several; by default the server's.
+            /// Reasoning effort, one or several [default: the server's].
             effort [axis]: OneOrMore<Effort>;
-            /// Seed of the sampling, or several, for servers that take one; by default none.
+            /// Sampling seed, one or several, for servers that support it [default: none].
             seed [axis]: OneOrMore<u64>;
-            /// Whether to ask for the log probabilities of answers, where a model gives them.
+            /// Request the log probabilities of answers from models that support them [default: false].
             log_probabilities: bool;
-            /// Whether models may call tools that compute, or `[false, true]` to ask with and without; by default not.
+            /// Let models call tools that compute; `[false, true]` asks with and without [default: false].
             tools [axis]: OneOrMore<bool>;
-            /// Most requests of one answer that may end in tool calls; by default 8.
+            /// Maximum number of requests per answer that may end in tool calls [default: 8].
             tool_rounds: u32 = ToolLimits::default().rounds, Takes::Whole(1, 100);
-            /// Most tool calls of one answer; by default 32.
+            /// Maximum number of tool calls per answer [default: 32].
             tool_calls: u32 = ToolLimits::default().calls, Takes::Whole(1, 1000);
         }
         "run" {
             /// Address of one server for all models, instead of the providers' own.
             base_url: Option<String>;
-            /// Dialect of the server at base_url; by default that of the providers.
+            /// API dialect of the server at base_url [default: that of the provider].
             dialect: Option<String>, Takes::Checked(dialect);
-            /// Environment variable with the key of the server at base_url; by default those of the providers.
+            /// Environment variable with the API key for base_url [default: those of the provider].
             key_env: Option<String>;
-            /// Most that a run may cost, US dollars; by default `budget` in config.toml.
+            /// Maximum cost of a run in US dollars [default: `budget` in config.toml].
             budget [run]: Option<f64>, Takes::Above(0.0, 1e9), "USD";
-            /// Concurrent requests to each provider; by default `concurrency` in config.toml.
+            /// Concurrent requests to each provider [default: `concurrency` in config.toml].
             concurrency [run]: Option<u32>, Takes::Whole(1, 4_294_967_295);
         }
         "comparison" {
-            /// The model or prompt configuration that all others are compared with, as tables name it.
+            /// Model or prompt configuration to compare all others with, by its name in the tables.
             baseline: Option<String>;
-            /// The comparison that matters: two names. It is not corrected for the others.
+            /// Primary comparison: two names. Its p-value is not adjusted for the other comparisons.
             compare: Option<(String, String)>;
-            /// Tables over axes that reports of the batch have, as `report --rows` makes them:
-            /// `[{ rows = "techniques", columns = "model", measure = "f1", against = "base" }]`.
+            /// Tables over axes in reports of the batch, as with `report --rows`: `[{ rows = "techniques", columns =
+            /// "model", measure = "f1", against = "base" }]`.
             tables: Vec<PivotRequest>;
         }
         "tuning" {
-            /// How `tune` searches: `{ rounds = 4, candidates = 3, seed = 1, reflect = "provider/model", proposal_tokens =
-            /// 8192 }`.
+            /// Search settings of `tune`: `{ rounds = 4, candidates = 3, seed = 1, reflect = "provider/model",
+            /// proposal_tokens = 8192 }`.
             tune [run]: TuneSettings;
         }
         "pins" {
-            /// The templates that the experiment was written with, as NAME@HASH: others are refused.
+            /// Templates of the experiment, as NAME@HASH; others are refused.
             templates [pin]: Vec<TemplatePin>;
-            /// The contents of the scenarios, by name, as the start of their SHA-256: others are refused.
+            /// Contents of the scenarios, by name, as the start of their SHA-256; others are refused.
             hashes [pin]: BTreeMap<String, Hashes>;
         }
     }
@@ -144,15 +146,15 @@ nearmiss_record::fields! {
     /// How much a tune tries.
     pub struct TuneSettings {
         "tuning" {
-            /// Rounds at most.
+            /// Maximum number of rounds.
             rounds: u32 = 4, Takes::Whole(1, 100);
-            /// Templates that are proposed in each round.
+            /// Templates proposed in each round.
             candidates: u32 = 3, Takes::Whole(1, 20);
-            /// Seed of the parts of the dev split, of the answers that are shown, and of the templates that are changed.
+            /// Seed for the parts of the dev split, the answers shown and the templates changed.
             seed: u64 = 1;
-            /// Model that proposes templates, as provider/model; by default the one whose template is tuned.
+            /// Model that proposes templates, as provider/model [default: the one whose template is tuned].
             reflect: Option<String>, Takes::Checked(model);
-            /// Most tokens of a proposal, reasoning included.
+            /// Maximum number of tokens per proposal, reasoning included.
             proposal_tokens: u32 = 8192, Takes::Whole(1, 4_294_967_295);
         }
     }
