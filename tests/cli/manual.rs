@@ -248,6 +248,9 @@ fn what_pages_refer_to_is_there() {
             .map(|(at, m)| text.split_at(at + m.len()))
         {
             let (word, _) = rest.split_once('`').unwrap();
+            let word = word
+                .split_once(" --schema")
+                .map_or(word, |(topic, _)| topic);
             let fine = known.iter().any(|name| name == word)
                 || ["TOPIC", "COMMAND", "--find WORDS"].contains(&word);
             assert!(fine, "{page}: nearmiss help {word}");

@@ -31,12 +31,14 @@ use super::open::with_notes;
 use super::output::{self, Progress, refused};
 use super::{Failure, Outcome};
 
+/// What stands behind the help.
+const BEHIND: &str = "\
+The test split is never opened. `nearmiss help tuning` explains what the model sees and how templates are compared.\n\
+Exit status: 0 a better template was found; 1 none was found; 2 usage or input error.";
+
 /// Arguments of `tune`.
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = crate::knobs::help())]
-#[command(after_help = "\
-The test split is never opened. `nearmiss help tuning` explains what the model sees and how templates are compared.\n\
-Exit status: 0 a better template was found; 1 none was found; 2 usage or input error.")]
+#[command(after_long_help = format!("{}\n{BEHIND}", crate::knobs::help()), after_help = BEHIND)]
 pub struct Tune {
     /// Experiment file (FILE.toml, see `nearmiss help experiments`) with a split; only its dev scenarios are asked
     /// about.

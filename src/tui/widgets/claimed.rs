@@ -197,7 +197,9 @@ fn parts(claims: &[CheckedClaim], words: [&str; 3]) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::widgets::long_text::Reading;
-    use nearmiss_study::evaluation::claims::{Claim, ClaimBasis, ClaimedValue, Quantity, Side};
+    use nearmiss_study::evaluation::claims::{
+        Claim, ClaimBasis, ClaimedValue, Extent, Quantity, Side,
+    };
 
     #[test]
     fn claims_are_marked_where_they_stand() {
@@ -218,6 +220,8 @@ mod tests {
                     is_of_ego: false,
                     is_past: false,
                     is_described: false,
+                    is_apart: false,
+                    extent: Extent::default(),
                 },
                 step: 3,
                 truth: None,

@@ -210,6 +210,14 @@ impl Library {
         Ok(())
     }
 
+    /// Uses this file for its task and frame, if it is there and another one is used.
+    pub fn use_file(&mut self, file: &str) {
+        if let Some((template, _)) = self.templates.get(file).filter(|_| !self.in_use(file)) {
+            let front = &template.front;
+            self.chosen.set(&front.task, &front.frame, Some(file));
+        }
+    }
+
     /// Whether the text in use under this name was not saved.
     #[must_use]
     pub fn is_draft(&self, file: &str) -> bool {

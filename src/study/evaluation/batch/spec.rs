@@ -150,12 +150,15 @@ impl Spec {
             .collect()
     }
 
-    /// The templates that the batch is asked with: those of the library, and its drafts in their places.
+    /// The templates that the batch is asked with: those of its files, whatever is in use by now, and its drafts in their places.
     ///
     /// # Errors
     /// A draft is no template.
     pub fn library(&self, library: &Library) -> Result<Library, SpecError> {
         let mut library = library.clone().with_pack(self.experiment.pack);
+        for file in self.templates.keys() {
+            library.use_file(file);
+        }
         for (file, text) in &self.drafts {
             let used = library.use_draft(file, text);
             used.map_err(|error| SpecError::Unreadable(error.in_file(file)))?;

@@ -526,7 +526,7 @@ impl<'a> Reader<'a> {
         }
         let stop = self.behind(end, &mut asked, &mut says);
         // "That oncoming car" is looked for.
-        is_same &= stop == end && !(is_this && !asked.says.is_empty());
+        is_same &= stop == end && (!is_this || asked.says.is_empty());
         let is_described = asked.side.is_some()
             || asked.lane.is_some()
             || !asked.says.is_empty()

@@ -610,9 +610,10 @@ impl Sentence<'_> {
         let clause = self.clause(from.span.start)?;
         let own = &self.lower[self.tokens[clause.at.start].span.start..from.span.start];
         let says = ["increas", "decreas", "grow", "shrink", "reduc"];
-        let at = match says.iter().any(|word| own.contains(word)) {
-            true => from.span.start,
-            false => self.begins(from).0,
+        let at = if says.iter().any(|word| own.contains(word)) {
+            from.span.start
+        } else {
+            self.begins(from).0
         };
         let before = &self.lower[..from.span.start];
         let has = |words: &[&str]| words.iter().any(|word| before.contains(word));

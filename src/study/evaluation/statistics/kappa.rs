@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Interval, Z};
+use super::{FEWEST, Interval, Z};
 
 /// Cohen's kappa of two judges that say yes or no.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -15,7 +15,7 @@ pub struct Kappa {
     pub agreement: f64,
     /// 1 for full agreement, 0 for that of chance; `None` if chance alone makes both agree always.
     pub kappa: Option<f64>,
-    /// Its interval of 95 %.
+    /// Its interval of 95 %, over answers; `None` of fewer than [`FEWEST`].
     pub interval: Option<Interval>,
 }
 
@@ -39,7 +39,8 @@ impl Kappa {
         let observed = a + d;
         let chance = rows[0] * columns[0] + rows[1] * columns[1];
         let value = (chance < 1.0).then(|| (observed - chance) / (1.0 - chance));
-        let interval = value.map(|kappa| {
+        // Few answers have none, as of other figures.
+        let interval = value.filter(|_| n >= FEWEST).map(|kappa| {
             let diagonal = [a, d].into_iter().enumerate().map(|(i, p)| {
                 let spread = 1.0 - (rows[i] + columns[i]) * (1.0 - kappa);
                 p * spread * spread
