@@ -245,6 +245,7 @@ impl Speech<'_> {
                 _ => return None,
             }
         }
+        all.sort_by_key(|(at, _)| at.start);
         Some(all)
     }
 

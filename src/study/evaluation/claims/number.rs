@@ -121,7 +121,8 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
             .find_map(|word| before.strip_suffix(word))
             .unwrap_or(before);
         // A key of JSON with its unit: "ttc_s".
-        let key = before.trim_end_matches(['"', ' ', ':', '*']);
+        let key = lower[..number.span.start].trim_end_matches(markup);
+        let is_key = lower[key.len()..number.span.start].contains('"');
         let keyed = [
             ("_m", Unit::Metre),
             ("_s", Unit::Second),
@@ -129,7 +130,7 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
             ("_m_s", Unit::Speed),
         ]
         .iter()
-        .rfind(|(end, _)| key.len() < before.len() && key.ends_with(end));
+        .rfind(|(end, _)| is_key && key.ends_with(end));
         if let Some((_, unit)) = keyed {
             number.unit = *unit;
             continue;

@@ -444,6 +444,12 @@ impl Sentence<'_> {
             Unit::Speed => {
                 // "Relative velocity: ego velocity is 3 m/s": of the ego its clause alone tells.
                 let is_egos = clause_at.is_some_and(|clause| clause.who == Who::Ego);
+                // "We close with 3 m/s" is one clause with its verb.
+                let own = if is_egos && own.starts_with("with ") {
+                    said
+                } else {
+                    own
+                };
                 let near = if is_egos {
                     own.rsplit("ego").next().unwrap_or(own)
                 } else {

@@ -352,8 +352,9 @@ fn is_left_over(lower: &str, begin: usize, claims: &[CheckedClaim]) -> bool {
         )
     });
     let clause = { parts }.any(|(from, clause)| {
-        let span = from..from + clause.len();
-        let has_claim = covers(&span);
+        // "Speeds: ego (9.1 m/s)": the number of the bracket is of its noun.
+        let opens = usize::from(clause.ends_with('('));
+        let has_claim = covers(&(from..from + clause.len() + opens));
         let is_vague = is_vague(clause);
         { words(clause) }.any(|(at, word)| {
             let own = from + at..from + at + word.len();
