@@ -8,14 +8,14 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, ValueEnum};
 use clap_complete::Shell;
 use nearmiss_base::system::{did_you_mean, unknown};
-use nearmiss_docs::{TOPICS, explaining, topic};
+use nearmiss_docs::{TOPICS, Topic, explaining, topic};
 use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
 use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_workflow::annex::SafetyRequirement;
 use nearmiss_workflow::experiment_schema;
 
 use super::open::resolved;
-use super::{Arguments, Failure, Outcome, drivers, generate, json, knobs, mcp, output};
+use super::{Arguments, Failure, Outcome, drivers, generate, json, knobs, mcp, metrics, output};
 use nearmiss_ask::llm::{Environment, QUIRKS, Registry};
 use nearmiss_settings::{Config, Planning};
 
@@ -74,11 +74,18 @@ const MOST_FOUND: usize = 40;
 
 /// Prints the lines of all topics that have these words, below their topic and section.
 fn find(wanted: &str) -> Outcome {
-    let wanted: Vec<String> = { wanted.split_whitespace() }
+    let wanted: Vec<String> = { wanted.split(|c: char| !c.is_alphanumeric()) }
+        .filter(|word| !word.is_empty())
         .map(str::to_lowercase)
         .collect();
     let (mut told, mut found) = (String::new(), 0);
-    for topic in TOPICS {
+    // Definitions come first.
+    let defines = |topic: &&Topic| ["glossary", "measures"].contains(&topic.name);
+    let all = TOPICS
+        .iter()
+        .filter(defines)
+        .chain(TOPICS.iter().filter(|one| !defines(one)));
+    for topic in all {
         let text = format!("{}{}", topic.text, generated(topic.name));
         let (mut section, mut said) = (String::new(), String::new());
         for line in text.lines() {
@@ -86,7 +93,12 @@ fn find(wanted: &str) -> Outcome {
                 section = format!(" · {title}");
             }
             let lower = line.to_lowercase();
-            if wanted.is_empty() || !wanted.iter().all(|word| lower.contains(word)) {
+            let words: Vec<&str> = lower.split(|c: char| !c.is_alphanumeric()).collect();
+            let has = |wanted: &String| {
+                { words.iter() }
+                    .any(|word| word == wanted || word.strip_suffix('s') == Some(wanted))
+            };
+            if wanted.is_empty() || !wanted.iter().all(has) {
                 continue;
             }
             found += 1;
@@ -124,6 +136,7 @@ fn generated(topic: &str) -> String {
         "planners" => format!("\n```python\n{MINIMAL_PLANNER}```\n{}", planner_messages()),
         "preventability" => keys("Each driver", drivers::page()),
         "tools" => nearmiss_study::tools::table(),
+        "measures" => keys("Each measure", metrics::list::shipped()),
         "configuration" => {
             keys("Keys of config.toml", knobs::keys::<Config>())
                 + &keys("Keys of [planner]", knobs::keys::<Planning>())

@@ -245,7 +245,7 @@ fn scenarios_without_an_ego_are_told_together() {
     for i in 0..5 {
         home.write(format!("in/S-{i}.xml"), bundled_xml(CUT_IN));
     }
-    let line = "nearmiss: 5 scenarios without a recorded ego: S-0, S-1, S-2 and 2 more; put NAME.ego_trajectory.csv";
+    let line = "nearmiss: 5 scenarios without a recorded ego: S-0, S-1, S-2 and 2 more; add --ego planner, or put NAME.ego_trajectory.csv";
     let ended = home.run(&["evaluate", "in"]).status(2).says(&[line]);
     assert_eq!(ended.stderr.lines().count(), 2, "{}", ended.stderr);
     assert!(!ended.stderr.contains("--ego"));

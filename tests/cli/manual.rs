@@ -72,6 +72,7 @@ fn every_topic_is_printed_and_listed() {
         assert!(
             [
                 "configuration",
+                "measures",
                 "providers",
                 "mcp-server",
                 "json",
@@ -299,6 +300,8 @@ fn the_manual_is_searched_and_short() {
         .stdout;
     assert!(found.lines().any(|line| !line.starts_with(' ')), "{found}");
     assert!(found.to_lowercase().contains("closing speed"), "{found}");
+    let defined = home.run(&["help", "--find", "headway"]).status(0).stdout;
+    assert!(defined.starts_with("measures"), "{defined}");
     home.run(&["help", "--find", "xyzzy"])
         .status(1)
         .says(&["no line of the manual"]);

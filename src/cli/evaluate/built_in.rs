@@ -86,7 +86,7 @@ pub fn run(arguments: &Run) -> Outcome {
     let answers = answered.map_err(Failure::input)?;
     if !answers.without_ego.is_empty() {
         output::say(&format!(
-            "nearmiss: {} without a recorded ego: {}; put NAME.ego_trajectory.csv beside NAME.xml",
+            "nearmiss: {} without a recorded ego: {}; add --ego planner, or put NAME.ego_trajectory.csv beside NAME.xml",
             number(answers.without_ego.len(), "scenario"),
             some(&answers.without_ego),
         ));

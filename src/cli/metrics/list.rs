@@ -131,6 +131,14 @@ impl Line<'_> {
     }
 }
 
+/// Every built-in measure of an obstacle, then of a scene, with the shipped thresholds.
+pub(crate) fn shipped() -> String {
+    let thresholds = Thresholds::shipped();
+    let all = [Rows::Exact, Rows::Scene].map(|rows| lines(rows, thresholds));
+    let tables = all.iter().flatten().map(|lines| table(lines));
+    tables.collect()
+}
+
 fn table(lines: &[Line<'_>]) -> String {
     let longest = lines.iter().map(|line| line.id.len() + 1).max();
     let width = longest.unwrap_or_default().max(16);

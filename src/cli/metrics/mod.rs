@@ -1,6 +1,6 @@
 //! `nearmiss metrics`: every safety measure of every obstacle at every step, as CSV, JSON, Parquet or Arrow.
 
-mod list;
+pub(crate) mod list;
 mod paper;
 mod parts;
 

@@ -11,7 +11,7 @@ use crate::{Failure, Outcome, output};
 use nearmiss_formats::Entry;
 use nearmiss_render::{Figure, FigureGrid, FigureOptions, GridRow, PAGE, Subject};
 use nearmiss_scene::metrics::{Context, MEASURES, Reading, Series, Thresholds};
-use nearmiss_scene::scenario::{Scenario, Scene};
+use nearmiss_scene::scenario::{EgoSource, Scenario, Scene};
 
 /// Columns of a case study unless others are asked for.
 const COLUMNS: usize = 4;
@@ -171,7 +171,8 @@ impl Drawing<'_> {
 
     /// What the rows of an original and of its variant are called, and whose motion is the ego's.
     fn row_names(&self, original: &Drawn) -> [&'static str; 2] {
-        let above = match original.scene {
+        let above = match original.scene.as_ref().map(|scene| &scene.ego.source) {
+            Some(EgoSource::Planned { .. }) => "original, planned ego",
             Some(_) => "original, recorded ego",
             None => "original, without ego",
         };

@@ -91,7 +91,8 @@ pub fn write_openscenario(export: &Export<'_>) -> Result<Exported, WriteError> {
         sentences.push(format!("time 0 is step {}", clock.origin));
     }
     if matches!(export.ego, ExportedEgo::Missing) {
-        sentences.push("no ego: none is recorded beside it".into());
+        sentences
+            .push("no ego: none is recorded beside it; --ego ID or --ego planner adds one".into());
     }
     if !scenario.network.areas.is_empty() {
         sentences.push("drivable areas are left out".into());

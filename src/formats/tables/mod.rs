@@ -80,7 +80,7 @@ pub fn write_tables(
     if ego.is_none() {
         written
             .notes
-            .push("no ego: none is recorded beside it".into());
+            .push("no ego: none is recorded beside it; --ego ID or --ego planner adds one".into());
     }
     let roads = &scenario.network;
     if !roads.lanelets.is_empty() && shape != TableShape::HighD {

@@ -94,12 +94,9 @@ impl QuestionBuilder {
                 .ego
                 .resolve(entry, &scenario)
                 .map_err(|e| e.to_string())?
-                .ok_or_else(|| {
-                    format!(
-                        "{}: no recorded ego; put NAME.ego_trajectory.csv beside NAME.xml",
-                        entry.display()
-                    )
-                })?;
+                .ok_or(
+                    "no recorded ego: add --ego planner, or put NAME.ego_trajectory.csv beside NAME.xml",
+                )?;
             let doubts = ego
                 .diagnostics
                 .iter()

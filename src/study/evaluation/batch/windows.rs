@@ -260,7 +260,7 @@ fn left_out(scenarios: usize, experiment: &Experiment) -> Option<String> {
     let unlike = if experiment.every_scenario {
         ""
     } else {
-        ", or unlike the dangerous windows"
+        ", or unlike the dangerous windows; --set every_scenario=on asks about those, too"
     };
     let are = match scenarios {
         0 => return None,

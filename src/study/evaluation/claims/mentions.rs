@@ -196,7 +196,14 @@ fn is_subject(lower: &str, number: &Number) -> bool {
     let is_verb =
         next.len() > 1 && next.ends_with('s') && PLURALS.split(' ').all(|word| word != next);
     // "Behind 7", "closer than 52", "the nearest is 7": behind a word that leads to no number.
-    const LEADS: [&str; 9] = [
+    const LEADS: [&str; 16] = [
+        "ttc to",
+        "ttc with",
+        "distance to",
+        "gap to",
+        "clearance to",
+        "headway to",
+        "score of",
         "behind",
         "than",
         "ahead of",
@@ -210,7 +217,7 @@ fn is_subject(lower: &str, number: &Number) -> bool {
     let is_led = LEADS.iter().any(|word| ends_with_word(before, word))
         && (after.trim_start().is_empty()
             || !after.starts_with(' ')
-            || next.len() > 1 && !next.ends_with('s'));
+            || next.len() > 1 && (!next.ends_with('s') || ["is", "was", "has"].contains(&&*next)));
     number.unit == Unit::None
         && (is_led && !after.starts_with([':', '/', '%']) && number.decimals == 0
             || opens

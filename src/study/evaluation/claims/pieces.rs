@@ -167,7 +167,12 @@ pub(super) fn pieces<'t>(
                     "together",
                     "even",
                 ];
-                !(at.saturating_sub(2)..at).any(|i| JOINED.contains(&tokens[i].stem.as_str()))
+                // "No collision will occur with 7".
+                let meets = references
+                    .iter()
+                    .any(|r| (at + 1..at + 3).contains(&r.at.start));
+                let back = if meets { 5 } else { 2 };
+                !(at.saturating_sub(back)..at).any(|i| JOINED.contains(&tokens[i].stem.as_str()))
             }
             "that" => after.is_some_and(|a| a.is("is was has will does came cut just had")),
             "as" => {
