@@ -153,7 +153,7 @@ async fn what_can_never_be_asked_is_named_and_is_no_reason_to_try_again() {
     let ended = run(&home, &all).status(0);
     ended.says(&[
         "5 questions cannot be asked:",
-        "and 2 more for other reasons",
+        "5 × no recorded ego: add --ego planner",
     ]);
     let ended = run(&home, &["evaluate", "last"]).status(0);
     assert!(

@@ -237,3 +237,22 @@ async fn labels_that_cannot_be_of_the_scenario_are_refused_with_their_line() {
         .status(2)
         .says(&["line 2: `perhaps` is not a label; use one of"]);
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_batch_keeps_its_template_when_another_one_is_in_use() {
+    let server = yes_first().await;
+    let home = home_with(server.base_url());
+    begin(&home, &["--set", "frames=ego"]).status(0);
+    let asked = server.requests().len();
+    for change in [
+        ["prompt", "copy", "safety-ego", "--as", "mine"].as_slice(),
+        &["prompt", "use", "mine"],
+    ] {
+        run(&home, change).status(0);
+    }
+    resume(&home, &["--samples", "2"]).status(0);
+    assert!(server.requests().len() > asked, "it goes on");
+    let all = server.requests();
+    let told = |at: usize| all[at].json()["messages"][0].to_string();
+    assert_eq!(told(0), told(all.len() - 1), "with the same template");
+}

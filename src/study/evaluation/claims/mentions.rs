@@ -328,6 +328,8 @@ mod tests {
             [(Some(301), false, false)]
         );
         assert_eq!(read("obstacle 777 is near"), [(None, false, true)]);
+        assert_eq!(read("ttc to 7 is about 1.7 s"), [(Some(7), false, false)]);
+        assert_eq!(read("a gap of 7 is small"), []);
     }
 
     #[test]

@@ -285,6 +285,16 @@ fn who_is_named_again_and_what_is_now() {
 }
 
 #[test]
+fn another_one_than_the_sentence_before_is_meant() {
+    let of = judged(
+        "CutIn",
+        (30, 40),
+        "Car 301 is 4.6 m ahead. No collision will occur with 304.",
+    );
+    assert!(of.iter().any(|one| one.0 == Some(304)), "{of:?}");
+}
+
+#[test]
 fn numbers_in_words_and_times_ago() {
     hold(
         "RedLight",
