@@ -65,7 +65,7 @@ pub struct Check {
     #[arg(long, requires = "model")]
     dry_run: bool,
     /// Print how often the rules agree with people on built-in labelled sentences.
-    #[arg(long, conflicts_with_all = ["scenario", "text"])]
+    #[arg(long, conflicts_with_all = ["scenario", "text", "model"])]
     labelled: bool,
     #[command(flatten)]
     format: FormatOption,
@@ -393,9 +393,7 @@ fn tally(found: &[CheckedSentence]) -> String {
         output::counted(found.len(), "sentence"),
         counts.join(", ")
     );
-    let read = |one: &&CheckedSentence| {
-        !one.translated.is_empty() && one.outcome != SentenceOutcome::NotUnderstood
-    };
+    let read = |one: &&CheckedSentence| !one.translated.is_empty() && one.is_understood();
     let translated = found.iter().filter(read).count();
     if translated > 0 {
         told += &format!("; {translated} read by a model");

@@ -1,5 +1,7 @@
 //! Asks a model to put sentences that the rules do not understand into the claim language, each question once.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use futures_util::StreamExt;
 use nearmiss_ask::llm::{Message, Request, Role, Schema};
 use nearmiss_store::Store;
@@ -110,9 +112,10 @@ impl SecondReader<'_> {
                 all.map(move |asked| (at, asked))
             })
             .collect();
+        let is_stopped = &AtomicBool::new(false);
         let asking = questions
             .iter()
-            .map(|(at, asked)| async move { (*at, asked, self.answer(asked).await) });
+            .map(|(at, asked)| async move { (*at, asked, self.answer(asked, is_stopped).await) });
         let mut answers = futures_util::stream::iter(asking).buffered(self.at_once.max(1));
         while let Some((at, asked, answer)) = answers.next().await {
             done.asked += asked.places.len();
@@ -130,10 +133,10 @@ impl SecondReader<'_> {
                 }
                 Err(TextError::Store(error)) => return Err(error.to_string()),
                 Err(TextError::Failed(why)) => Some(why),
-                // What is on its way is read; nothing is begun.
+                // What is on its way, and what the store has, is read; nothing is begun.
                 Err(TextError::Stopped(why)) => {
-                    done.failed.push(why);
-                    break;
+                    is_stopped.store(true, Ordering::Relaxed);
+                    Some(why)
                 }
             };
             if let Some(why) = why.filter(|why| !done.failed.contains(why)) {
@@ -143,8 +146,12 @@ impl SecondReader<'_> {
         Ok(done)
     }
 
-    /// The answer to a question: that of the store, or a new one.
-    async fn answer(&self, asked: &Untranslated) -> Result<Reply, TextError> {
+    /// The answer to a question: that of the store, or a new one while more can be asked.
+    async fn answer(
+        &self,
+        asked: &Untranslated,
+        is_stopped: &AtomicBool,
+    ) -> Result<Reply, TextError> {
         let question = TextQuestion::new(self.model, self.request(asked), 0);
         // An answer that was cut off, or is of another form, is not worth keeping to.
         if let Some(Ok(text)) = question.stored(self.store)?
@@ -155,6 +162,9 @@ impl SecondReader<'_> {
                 is_new: false,
                 usd: None,
             });
+        }
+        if is_stopped.load(Ordering::Relaxed) {
+            return Err(TextError::Failed("later questions were not sent".into()));
         }
         let (text, consumed) = question.ask(self.store).await?;
         Ok(Reply {

@@ -203,10 +203,7 @@ impl Library {
     pub fn use_draft(&mut self, file: &str, source: &str) -> Result<(), TemplateError> {
         self.put(file, source, Origin::User(PathBuf::from(file)))?;
         self.drafts.insert(file.to_string());
-        if let Some((template, _)) = self.templates.get(file) {
-            let front = &template.front;
-            self.chosen.set(&front.task, &front.frame, Some(file));
-        }
+        self.use_file(file);
         Ok(())
     }
 

@@ -158,7 +158,7 @@ pub fn name_units(lower: &str, all: &mut [Number]) {
 }
 
 /// Numbers that are written as words, where a unit stands behind them.
-const WORDS: [(&str, f64); 28] = [
+pub const WORDS: [(&str, f64); 28] = [
     ("half a", 0.5),
     ("one", 1.0),
     ("two", 2.0),

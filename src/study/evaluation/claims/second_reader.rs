@@ -12,11 +12,11 @@ use serde_json::Value;
 
 use super::find::{LONGEST_SENTENCE, LONGEST_TEXT};
 use super::language::{samples, written};
-use super::number::{Unit, numbers};
+use super::number::{Unit, WORDS, numbers};
 use super::tokens::has_word;
 use super::{
     CheckedClaim, CheckedSentence, Claim, ClaimedValue, Judgement, SentenceOutcome, Subject,
-    TimeOrigin, checked,
+    TimeOrigin, sentences,
 };
 
 /// Sentences in a question at most.
@@ -131,7 +131,9 @@ impl Untranslated {
         let mut read = 0;
         for one in translations(answer)? {
             let place = one.number.checked_sub(1).and_then(|n| self.places.get(n));
-            let Some(sentence) = place.and_then(|place| found.get_mut(*place)) else {
+            let sentence = place.and_then(|place| found.get_mut(*place));
+            // A sentence is translated once.
+            let Some(sentence) = sentence.filter(|one| one.translated.is_empty()) else {
                 continue;
             };
             let known = Known {
@@ -163,9 +165,9 @@ impl Known<'_> {
         let mut claims = Vec::new();
         for one in said {
             let one = one.trim();
-            let own = self.claims(one, subject);
-            is_whole &= !own.is_empty();
-            for mut claim in own {
+            let own = self.heard(one, subject);
+            is_whole &= !own.is_empty() && { own.iter() }.all(CheckedSentence::is_understood);
+            for mut claim in own.into_iter().flat_map(|one| one.claims) {
                 claim.claim.span = sentence.span.clone();
                 let is_there =
                     { sentence.claims.iter().chain(&claims) }.any(|c| is_same(c, &claim));
@@ -186,11 +188,11 @@ impl Known<'_> {
         } else {
             SentenceOutcome::NotUnderstood
         };
-        sentence.outcome != SentenceOutcome::NotUnderstood
+        sentence.is_understood()
     }
 
-    /// The claims of a sentence of the language; none where it is no such sentence, or has numbers of its own.
-    fn claims(&self, said: &str, subject: &Subject<'_>) -> Vec<CheckedClaim> {
+    /// What the rules make of a sentence of the language; nothing where it has numbers of its own.
+    fn heard(&self, said: &str, subject: &Subject<'_>) -> Vec<CheckedSentence> {
         if said.len() > LONGEST_SENTENCE || said.contains('\n') {
             return Vec::new();
         }
@@ -198,10 +200,8 @@ impl Known<'_> {
         // Times and steps may stand above the sentence.
         let quoted = values(self.quoted);
         let is_known = numbers(said).iter().all(|number| {
-            let is_id = number.as_integer().is_some_and(|id| {
-                let mut all = subject.scene.scenario.obstacles.iter();
-                all.any(|one| one.id == id)
-            });
+            let before = said[..number.span.start].trim_end().to_lowercase();
+            let is_id = before.ends_with("obstacle") && number.unit == Unit::None;
             let among = match number.unit {
                 Unit::Second | Unit::None => &quoted,
                 _ => &told,
@@ -210,27 +210,27 @@ impl Known<'_> {
             is_id || among.any(|value| (value.abs() - number.value.abs()).abs() < 1e-9)
         });
         if is_known {
-            checked(said, subject)
+            sentences(said, subject)
         } else {
             Vec::new()
         }
     }
 }
 
-/// The numbers of a text, with points and with commas before their decimals, and small ones in words.
+/// The numbers of a text, with points and with commas before their decimals, and those in words.
 fn values(text: &str) -> Vec<f64> {
-    const WORDS: [&str; 13] = [
-        "no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten",
-        "eleven", "twelve",
-    ];
     let lower = text.to_lowercase();
-    let in_words = { WORDS.iter().enumerate() }
-        .filter(|(_, word)| has_word(&lower, word))
-        .map(|(value, _)| value as f64);
+    let in_words = { WORDS.iter() }
+        .filter(|(word, _)| has_word(&lower, word))
+        .map(|(_, value)| *value);
+    let none = has_word(&lower, "no").then_some(0.0);
     let all = numbers(text)
         .into_iter()
         .chain(numbers(&text.replace(',', ".")));
-    all.map(|number| number.value).chain(in_words).collect()
+    all.map(|number| number.value)
+        .chain(in_words)
+        .chain(none)
+        .collect()
 }
 
 /// Whether two claims say the same.

@@ -59,6 +59,14 @@ pub struct CheckedSentence {
     pub translated: Vec<String>,
 }
 
+impl CheckedSentence {
+    /// Whether it came to anything.
+    #[must_use]
+    pub fn is_understood(&self) -> bool {
+        self.outcome != SentenceOutcome::NotUnderstood
+    }
+}
+
 /// Beginnings of words that state how something moves, in which lane it is, or that it touches.
 const MOVING: &[&str] = &[
     "approach",

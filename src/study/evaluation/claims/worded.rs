@@ -223,36 +223,22 @@ pub fn state(
                 ),
             }
         }
-        Predicate::Parallel => {
+        Predicate::SameWay | Predicate::Oncoming | Predicate::Parallel => {
             let apart =
                 angle_between(encounter.ego.pose.heading, encounter.other.pose.heading).abs();
-            let apart = apart.min(std::f64::consts::PI - apart);
-            let stands = encounter.other.velocity.abs() < STANDING;
-            Known {
-                holds: match apart {
-                    _ if stands => Err("it stands"),
-                    apart if apart <= SLANT => Ok(true),
-                    apart if apart >= SAME => Ok(false),
-                    _ => Err("it drives at a slant"),
-                },
-                is: format!("headings {:.0}° apart", apart.to_degrees()),
-            }
-        }
-        Predicate::SameWay | Predicate::Oncoming => {
-            let apart =
-                angle_between(encounter.ego.pose.heading, encounter.other.pose.heading).abs();
-            let apart_from = if predicate == Predicate::Oncoming {
-                std::f64::consts::PI - apart
-            } else {
-                apart
+            let reverse = std::f64::consts::PI - apart;
+            let (off, near, far, between) = match predicate {
+                Predicate::Oncoming => (reverse, SAME, ACROSS, "it drives across"),
+                Predicate::Parallel => (apart.min(reverse), SLANT, SAME, "it drives at a slant"),
+                _ => (apart, SAME, ACROSS, "it drives across"),
             };
             let stands = encounter.other.velocity.abs() < STANDING;
             Known {
-                holds: match apart_from {
+                holds: match off {
                     _ if stands => Err("it stands"),
-                    apart if apart <= SAME => Ok(true),
-                    apart if apart >= ACROSS => Ok(false),
-                    _ => Err("it drives across"),
+                    off if off <= near => Ok(true),
+                    off if off >= far => Ok(false),
+                    _ => Err(between),
                 },
                 is: format!("headings {:.0}° apart", apart.to_degrees()),
             }

@@ -67,7 +67,7 @@ fn every_kind_of_the_language_is_read_back() {
 #[test]
 fn a_translation_is_checked_like_the_sentence_and_has_no_numbers_of_its_own() {
     let scene = scene();
-    let (id, _, window) = cast(&scene);
+    let (id, other, window) = cast(&scene);
     let subject = Subject::new(&scene, TimeOrigin::Recording, Some(window));
     let who = scene.participants().find(|p| p.obstacle.id == id).unwrap();
     let distance = Encounter::at(&scene, &who, window.1).unwrap().distance();
@@ -114,6 +114,14 @@ fn a_translation_is_checked_like_the_sentence_and_has_no_numbers_of_its_own() {
             .iter()
             .all(|one| *one == SentenceOutcome::NotUnderstood)
     );
+    // Half of a sentence of the language, a count that is an id, a second translation.
+    let half = format!("Obstacle {id} is {distance:.2} m away from the ego and swerves.");
+    let (count, outcomes) = read(serde_json::json!({"sentences": [
+        {"number": 1, "claims": [half]},
+        {"number": 1, "claims": [said(distance)]},
+        {"number": 2, "claims": [format!("{other} vehicles are ahead of the ego.")]},
+    ]}));
+    assert_eq!(count, Ok(0), "{outcomes:?}");
     assert!(
         read(serde_json::json!({"answer": "all are right"}))
             .0
